@@ -175,8 +175,8 @@ class Posture:
     @staticmethod
     def rod(
         half_length: float,
-        gyration_radius: float,
-        restitution: float,
+        gyration_radius: float | None = None,
+        restitution: float = 0.0,
         friction: float = 0.0,
         gravity: float = 9.81,
     ) -> Posture: ...

@@ -313,11 +313,14 @@ def stability(
             trials=trials,
             seed=seed,
         )
-    _tell(verdict, f"{scene.name}\n{verdict}", json)
+    try:
+        _tell(verdict, f"{scene.name}\n{verdict}", json)
+    finally:
+        if certificate is not None:
+            with _of(scene):
+                found = verdict.certificate()
+            write_whole(certificate, f"{dumps(found, indent=1)}\n".encode())
     if certificate is not None:
-        with _of(scene):
-            found = verdict.certificate()
-        write_whole(certificate, f"{dumps(found, indent=1)}\n".encode())
         _report(f"wrote {certificate}", json)
 
 
@@ -566,11 +569,14 @@ class _Result(Protocol):
 
 def _tell(result: _Result, report: str, json: Path | None) -> None:
     """Print a report, and write the result to the file of --json if there is one."""
-    _report(report, json)
+    try:
+        _report(report, json)
+    finally:  # The reader of standard output may have closed it.
+        if json is not None and json != STDOUT:
+            result.to_json(json)
     if json == STDOUT:
         _say(dumps(result.to_dict(), indent=2))
     elif json is not None:
-        result.to_json(json)
         _say(f"wrote {json}")
 
 

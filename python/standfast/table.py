@@ -115,7 +115,7 @@ def modes_table(modes: sf.Modes) -> str:
             "    tie: a test holds or fails by so little that rounding may decide"
         )
     lines += [
-        f"  {mode.word}  holds with any internal force from {low:.6g} to {high:.6g} along the line"
+        f"  {mode.word}  holds with any compression from {low:.6g} N to {high:.6g} N along the line"
         " between the contacts"
         for mode in solved
         if mode.consistent and mode.force_interval is not None

@@ -236,6 +236,24 @@ def test_what_is_proved_is_told(tmp_path, capsys):
     assert bounds == list(enclosure.impacts["low"])
 
 
+def test_files_are_written_though_the_report_is_not_read(tmp_path):
+    files = [tmp_path / "verdict.json", tmp_path / "certificate.json"]
+    read, write = os.pipe()
+    os.close(read)
+    with open(write, "w") as closed:
+        command(
+            "stability",
+            ROD,
+            "--json",
+            files[0],
+            "--certificate",
+            files[1],
+            stdout=closed,
+        )
+    for file in files:
+        json.loads(file.read_text(encoding="utf-8"))
+
+
 def test_an_output_may_be_a_pipe(capsys):
     done = command("run", ROD, "--json", "/dev/stderr")
     assert json.loads(done.stderr)["outcome"] == "rest"

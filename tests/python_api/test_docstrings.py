@@ -173,6 +173,12 @@ def test_the_first_lines_say_what_ground_a_contact_has():
             assert words in first, (name, words)
 
 
+def test_the_scene_file_of_the_page_is_the_example():
+    (text,) = blocks("toml", "docs/cli.md")
+    example = ROOT / "examples" / "clattering_rod.toml"
+    assert text == example.read_text(encoding="utf-8")
+
+
 def test_commands(capsys, monkeypatch, tmp_path):
     """The page shows after `$ standfast …` the output of the command."""
     (tmp_path / "examples").symlink_to(ROOT / "examples")

@@ -583,6 +583,8 @@ pub enum Uncertain {
     /// The intervals do not decide which contact lands next, or whether one lands: contacts land at almost the same time, a contact grazes
     /// the ground, or rounding errors have grown.
     Order,
+    /// The body spins so fast that the gap of a contact may not be a concave function of time: ω²√(b² + c²) ≥ g (full model only).
+    Spin,
     /// The time limit, or the event limit.
     Limit,
     /// It is certain that no contact lands again.
@@ -597,6 +599,9 @@ impl Uncertain {
     pub fn as_str(self) -> &'static str {
         match self {
             Self::Order => "which contact lands next is not certain",
+            Self::Spin => {
+                "the body spins fast: where ω² times the distance of a contact from the centre of mass exceeds gravity, nothing is certain"
+            }
             Self::Limit => "a limit of the run is reached",
             Self::Never => "no contact lands again",
             Self::Rest => {

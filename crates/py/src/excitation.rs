@@ -27,10 +27,11 @@ pub(crate) fn ground_motion(value: &Bound<'_, PyAny>) -> PyResult<Option<GroundM
     Ok(Some(motion.get().0.clone()))
 }
 
-/// An impulse on the body at an instant of a run. A contact that it drives into the ground is hit at the same instant.
+/// An impulse on the body at an instant of a run. A contact that it drives into the ground is hit at the same instant, and rebounds with its
+/// restitution: a foot that should stay on the ground while the body is pushed needs restitution 0.
 ///
-/// time : s, on the clock of the run. impulse : (2,) N s. point : (2,) m, the point of the body that it acts on, at its place in the
-/// nominal posture; None: the centre of mass.
+/// time : s, on the clock of the run. impulse : (2,) N s. point : (2,) m, the point that it acts on, fixed to the body, at its place in the
+/// nominal posture (outside of the body: as by a lever); None: the centre of mass.
 ///
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.25, restitution=0.5)

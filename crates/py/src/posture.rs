@@ -199,23 +199,28 @@ impl PyPosture {
 
     /// The symmetric rod of mass 1 on level ground: ends at (∓half_length, 0), centre at 0.
     ///
-    /// half_length, gyration_radius : m. restitution, friction : of both ends. gravity : m/s².
+    /// half_length, gyration_radius : m; gyration_radius None: of uniform density, half_length/√3. restitution, friction : of both ends.
+    /// gravity : m/s².
     ///
     /// >>> import standfast as sf
     /// >>> sf.Posture.rod(half_length=0.5, gyration_radius=0.5, restitution=0.1).psi
     /// (0.0, 0.0)
+    ///
+    /// A uniform rod, turned by 0.2 rad, its left end 0.1 m above the ground:
+    ///
+    /// >>> rod = sf.Posture.rod(half_length=0.5, restitution=0.5)
+    /// >>> q = rod.touching(contact=1, theta=0.2) + [0, 0.1, 0]
     #[staticmethod]
-    #[pyo3(signature = (half_length, gyration_radius, restitution, friction=0.0, gravity=9.81, **unknown), text_signature = "(half_length, gyration_radius, restitution, friction=0.0, gravity=9.81)")]
+    #[pyo3(signature = (half_length, gyration_radius=None, restitution=0.0, friction=0.0, gravity=9.81, **unknown), text_signature = "(half_length, gyration_radius=None, restitution=0.0, friction=0.0, gravity=9.81)")]
     fn rod(
         #[pyo3(from_py_with = input::half_length)] half_length: f64,
-        #[pyo3(from_py_with = input::gyration_radius)] gyration_radius: f64,
+        #[pyo3(from_py_with = input::own_gyration_radius)] gyration_radius: Option<f64>,
         #[pyo3(from_py_with = input::restitution)] restitution: f64,
         #[pyo3(from_py_with = input::friction)] friction: f64,
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         input::no_keywords("Posture.rod", unknown)?;
-        let gyration_radius = Some(gyration_radius);
         let lamina =
             Lamina { gyration_radius, restitution, friction, gravity, ..Lamina::default() };
         Posture::rod(half_length, &lamina).map(Self).map_err(|e| to_py(&e))

@@ -412,7 +412,7 @@ pub(crate) fn static_forces<'py>(
 
 /// The friction that a body at rest has to spare: 1 − κ, where κ is the least factor on all coefficients of friction with which the
 /// contacts still hold the body. 1: the body stands without friction. Negative: there is too little friction. −inf: no factor is
-/// sufficient. Any number of contacts.
+/// sufficient. Any number of contacts. Forces may be outside of their cones by 1e-12 of the load, so the margin has an error of this order.
 ///
 /// >>> import math
 /// >>> import standfast as sf

@@ -271,11 +271,13 @@ impl<'a> FullEnclosure<'a> {
             &[0, 1]
         };
         // A concave gap that is positive at that time has been positive since the start.
+        let concave =
+            |foot: &Foot| foot.lift(self.omega).is_some_and(|lift| (foot.g - lift).is_positive());
         let clear = |i: usize, landing: &Landing| {
             let foot = &self.feet[i];
-            let concave = foot.lift(self.omega).is_some_and(|lift| (foot.g - lift).is_positive());
             let later = || {
-                concave && foot.arc(self.omega).gap_turned(landing.dt, &landing.turn).is_positive()
+                concave(foot)
+                    && foot.arc(self.omega).gap_turned(landing.dt, &landing.turn).is_positive()
             };
             foot.starts() && (landing.dt.is_zero() || later())
         };
@@ -286,7 +288,8 @@ impl<'a> FullEnclosure<'a> {
                 return Ok(landing);
             }
         }
-        Err(Uncertain::Order)
+        let spins = !self.feet.iter().all(concave);
+        Err(if spins { Uncertain::Spin } else { Uncertain::Order })
     }
 
     fn collide(&mut self) -> Result<Ball, Uncertain> {

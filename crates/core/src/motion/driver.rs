@@ -12,12 +12,14 @@
 //! law, each on its own line without ends: collisions have fast loops, and accumulations have sums in closed form.
 //! [`AnyContacts`](super::any::AnyContacts) is for everything else.
 
+use std::collections::BTreeSet;
+
 use crate::body::contact::ContactValues;
 use crate::body::posture::Posture;
-use crate::collisions::log::Log;
+use crate::collisions::log::{Log, names};
 use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
-use crate::modes::Mode;
+use crate::modes::{ContactProblem, Jamming, Mode};
 use crate::motion::frame::{Base, Snapshot};
 use crate::motion::ground_watch::GroundWatch;
 use crate::motion::nested::{Lap, Limit, NestedSequence};
@@ -263,6 +265,19 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         {
             self.record.warnings.push(FACES_DOWN.into());
         }
+        if let Some(problem) = &self.record.undecided {
+            self.record.warnings.extend(undecided(outcome, problem));
+        }
+        if outcome == Outcome::Escape
+            && let Some(posture) = &self.record.base.posture
+            && let [[left, _], .., [right, _]] = posture.fields().terrain[..]
+            && let x = posture.fields().center_of_mass[0] + end.state.q[0]
+            && !(left..right).contains(&x)
+        {
+            self.record.warnings.push(format!(
+                "the body has left the terrain, which ends at x = {left:?} m and x = {right:?} m: there is no ground beyond"
+            ));
+        }
         if self.log.phase_lost {
             self.record.warnings.push(LOST_PHASE.into());
         } else if outcome == Outcome::EventLimit
@@ -472,5 +487,28 @@ impl<'a, C: Coordinates> Driver<'a, C> {
     pub(super) fn zeno_point(&mut self, zeno: ZenoRecord) -> Option<Outcome> {
         self.record.zeno.push(zeno);
         (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno)
+    }
+}
+
+/// What to know about the contact modes at the end of a run that has none to go on with, or several.
+fn undecided(outcome: Outcome, problem: &ContactProblem) -> Option<String> {
+    match outcome {
+        Outcome::Ambiguous => Some(
+            "several contact modes are consistent, and the laws of rigid bodies do not choose: undecided has the problem, contact_modes lists them"
+                .into(),
+        ),
+        Outcome::Inconsistent => {
+            let jams: Vec<Jamming> =
+                problem.jamming().into_iter().filter(|jam| jam.margin < 0.0).collect();
+            let contacts: BTreeSet<usize> = jams.iter().map(|jam| jam.contact.index()).collect();
+            let least = jams.iter().map(|jam| jam.critical_friction).fold(f64::INFINITY, f64::min);
+            (!jams.is_empty()).then(|| {
+                format!(
+                    "no contact mode is consistent: {} can jam (Painlevé), which needs friction above {least:?}; with jams=\"impact\", or with Poisson's or Stronge's law, the run goes on",
+                    names(contacts.into_iter())
+                )
+            })
+        }
+        _ => None,
     }
 }

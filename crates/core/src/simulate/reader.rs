@@ -112,7 +112,14 @@ impl<'a> Reader<'a> {
             return Err(Error::Unusable {
                 field: "t".into(),
                 value: format!("{t:?}"),
-                allowed: format!("from {start:?} to {end:?}, the time of the run"),
+                allowed: format!(
+                    "from {start:?} to {end:?}, the time of the run{}",
+                    if t > end && self.run.outcome() == Outcome::Rest {
+                        "; the body is at rest from then on"
+                    } else {
+                        ""
+                    }
+                ),
             });
         }
         let last = self.run.record.end.clock;
