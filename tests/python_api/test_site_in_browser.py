@@ -56,6 +56,7 @@ def address():
 
 def test_the_search_finds_words_of_the_pages(browser, address):
     with opened(browser, f"{address}/") as shown:
+        shown.wait_for_load_state("networkidle")
         shown.keyboard.press("Control+k")
         entry = shown.get_by_role("combobox", name="Search")
         for word, title in (
