@@ -631,6 +631,9 @@ impl Sweep {
             let mut block = vec![0.0; points.len() * width];
             for (row, k) in block.chunks_exact_mut(width).zip(points) {
                 let point = range.start + k;
+                if stop() {
+                    return Ok(None);
+                }
                 match self.answer(point, row, stop) {
                     Ok(true) => {}
                     Ok(false) => return Ok(None),

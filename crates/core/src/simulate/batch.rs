@@ -138,6 +138,10 @@ pub(crate) fn ends_until(
         // Each block has its own copy: a shared posture would be reference-counted by all threads.
         let own = (postures.len() == 1).then(|| postures[0].detached());
         let end = |run: usize| {
+            // A run asks only after a thousand steps.
+            if stop() {
+                return Ok(None);
+            }
             let posture = own.as_ref().unwrap_or_else(|| &postures[run]);
             let (start, options) = (states[run], &options);
             let one = Simulation { posture, start, options, excitation, cancel: stop };
@@ -151,4 +155,30 @@ pub(crate) fn ends_until(
         blocks.into_iter().for_each(|block| ends.extend(block));
         ends
     }))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+    use crate::body::Lamina;
+    use crate::options::Impact;
+
+    #[test]
+    fn short_runs_are_stopped_too() {
+        let asked = Cell::new(0);
+        let cancel = || {
+            asked.set(asked.get() + 1);
+            asked.get() > 3
+        };
+        let block = Posture::block(0.3, 0.5, &Lamina { friction: 0.5, ..Lamina::default() });
+        let blocks = [block.unwrap_or_else(|e| panic!("{e}"))];
+        let starts = [State::at_rest([0.0, 0.1, 0.2]); 100];
+        let options = Options { impact: Impact::Moreau, ..Options::default() };
+        let resources = Resources { threads: 1 };
+        let ends = simulate_many_until(&blocks, &starts, &options, resources, &cancel);
+        assert!(ends.is_ok_and(|ends| ends.is_none()));
+        assert_eq!(asked.get(), 4);
+    }
 }
