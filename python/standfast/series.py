@@ -22,6 +22,9 @@ def impact_table(run: Run) -> dict[str, npt.NDArray[Any]]:
     hits = run.impacts
     columns = {name: hits[name] for name in ("time", "elapsed", "contact")}
     hit = np.arange(len(hits)), hits["index"]
+    if run.posture is not None:
+        points = run.points_at(hits["time"])[hit]
+        columns |= {"x": points[:, 0], "y": points[:, 1]}
     for when in ("before", "after"):
         columns[f"rate_{when}"] = _with_sides(run, hits[f"rates_{when}"])[hit]
     for k, name in enumerate(("tangential", "normal")):

@@ -101,7 +101,23 @@ def test_the_table_of_impacts():
             [table["impulse_tangential"], table["impulse_normal"]], axis=1
         )
         np.testing.assert_array_equal(impulse, hits["impulse"])
-        assert pandas.DataFrame(table).shape == (len(hits), 7)
+        columns = 7 if run.posture is None else 9
+        assert pandas.DataFrame(table).shape == (len(hits), columns)
+
+
+def test_the_table_says_where_the_body_is_hit():
+    """The corner, turned about the centre of mass and moved with it."""
+    box = sf.Posture.box(0.3, 0.5, friction=0.5, restitution=0.3)
+    run = sf.simulate(box, (0, 0.6, 0.4), (1.5, 0.5, -3), impact="moreau")
+    table = run.impact_table()
+    for time, contact, x, y in zip(
+        *(table[name] for name in ("time", "contact", "x", "y")), strict=True
+    ):
+        rx, ry, theta = run.at(time)[0]
+        arm = np.subtract(box.contacts[contact - 1].point, box.center_of_mass)
+        place = complex(*box.center_of_mass) + complex(rx, ry)
+        place += complex(*arm) * np.exp(1j * theta)
+        assert (x, y) == pytest.approx((place.real, place.imag), abs=1e-12)
 
 
 def test_runs_are_loaded_to_the_bit(tmp_path):

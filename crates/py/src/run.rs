@@ -773,8 +773,9 @@ impl PyRun {
 
     /// The collisions of `run.impacts` as one-dimensional columns, a dict for pandas.DataFrame(run.impact_table()).
     ///
-    /// time, elapsed : s. contact : its number, from 1. rate_before, rate_after : gap rate of the contact that is hit, m/s.
-    /// NaN for a side, which has no gap. impulse_tangential, impulse_normal : N s, NaN without a mass. Empty columns unless recorded. The rates
+    /// time, elapsed : s. contact : its number, from 1. x, y : the point that is hit, m (runs of a posture). rate_before, rate_after : gap
+    /// rate of the contact that is hit, m/s; NaN for a side, which has no gap. The infinitely many impacts that are summed are not listed: see
+    /// `run.zeno_points`. impulse_tangential, impulse_normal : N s, NaN without a mass. Empty columns unless recorded. The rates
     /// of the other contacts are in `run.impacts`.
     ///
     /// >>> import standfast as sf
