@@ -267,6 +267,11 @@ def _on_two_contacts(verdict: sf.Verdict) -> list[str]:
                 ),
             ]
         ),
+        *(
+            ["  the paper's conditions, sufficient but not necessary:"]
+            if verdict.frictional_stability == "stable" and verdict.by != "theorem-3"
+            else []
+        ),
         f"  kinematic-strong  {_yes(verdict.kinematic_strong)}, margin {verdict.kinematic_margin:.4g};"
         f" strict reading: {_yes(verdict.kinematic_strong_strict)}; FF alone consistent:"
         f" {_yes(verdict.unambiguous)}",
