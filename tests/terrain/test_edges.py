@@ -434,3 +434,23 @@ def test_outlines_in_files_copies_and_errors(tmp_path):
     ]:
         with pytest.raises(ValueError, match=text):
             sf.Posture(**fields, outline=outline)
+
+
+def test_a_body_that_falls_off_the_end_of_its_terrain_is_named():
+    box = sf.Posture.box(0.4, 0.4, friction=0.1, terrain=[(-1, 0), (1, 0)])
+    run = sf.simulate(box, (0, 0, 0), (4, 0, 0), impact="moreau")
+    assert run.outcome == "escape"
+    assert run.q[0] > 1
+    (warning,) = run.warnings
+    assert "ends at x = -1.0 m and x = 1.0 m" in warning
+
+
+def test_a_run_without_a_mode_names_what_jams():
+    tower = sf.Posture.box(0.5, 1.5, friction=2)
+    kick = sf.Kick(time=0, impulse=(1e-9, 0))
+    run = sf.simulate(tower, (0, 0, 0), (0, 0, 0), impact="moreau", kicks=[kick])
+    assert run.outcome == "inconsistent"
+    (warning,) = run.warnings
+    assert "can jam (Painlevé)" in warning
+    critical = min(least for _, _, margin, least in run.undecided.jamming if margin < 0)
+    assert str(critical) in warning

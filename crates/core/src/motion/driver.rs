@@ -270,6 +270,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         }
         if outcome == Outcome::Escape
             && let Some(posture) = &self.record.base.posture
+            && posture.fields().gravity > 0.0
             && let [[left, _], .., [right, _]] = posture.fields().terrain[..]
             && let x = posture.fields().center_of_mass[0] + end.state.q[0]
             && !(left..right).contains(&x)
