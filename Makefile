@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 PROFILE := --profile dist
 
-.PHONY: demo check test rust python long bits bench caps explorer site gallery instructions maps sweeps chart growth atlas accuracy calls footprint fuzz mutate crate audit dist pythons version wheel clean
+.PHONY: demo check test rust python long bits bench caps explorer site links gallery instructions maps sweeps chart growth atlas accuracy calls footprint fuzz mutate crate audit dist pythons version wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -110,6 +110,12 @@ site: EXTRA := site
 site: wheel
 	$(BIN)/zensical build --clean --strict
 	cp $(firstword $(wildcard target/explorer/index.html) site/no_explorer.html) target/site/explorer.html
+
+# Follows every link of the site that `make site` has built.
+PORT := 8199
+links:
+	@$(BIN)/python -m http.server --directory target/site --bind 127.0.0.1 $(PORT) > /dev/null 2>&1 & server=$$!; sleep 1; \
+		$(BIN)/linkchecker --no-status http://127.0.0.1:$(PORT)/; code=$$?; kill $$server; exit $$code
 
 # The pictures and films of the gallery and of the tutorials, by the code beside them: a minute.
 gallery: EXTRA := plot,map
