@@ -623,8 +623,8 @@ impl Sweep {
         Ok(true)
     }
 
-    /// The quantities at the points of a range, on `threads` threads; `None` once `cancel`, which is called every few
-    /// milliseconds, returns true.
+    /// The quantities at the points of a range, on `threads` threads; `None` once `cancel`, which is called every few milliseconds, on the
+    /// thread that has called this function, returns true.
     ///
     /// # Errors
     ///
