@@ -115,7 +115,7 @@ pub struct Options {
     pub stop: Stop,
     /// Time on the clock at the start, in s. Default 0.
     pub time: f64,
-    /// Latest time on the clock at which the run ends, in s. Default `None`: no limit.
+    /// Latest time on the clock at which the run ends, in s. Default: no limit.
     #[serde(
         with = "crate::serial::numbers::extended_option",
         skip_serializing_if = "Option::is_none"
@@ -135,7 +135,7 @@ pub struct Options {
     /// What happens where a corner of the ground meets a side of a body with an outline. Default `Contact`.
     #[serde(deserialize_with = "crate::serial::values::word")]
     pub edges: Edges,
-    /// What happens where a contact slides and jams. Default `None`: what the law of impact says.
+    /// What happens where a contact slides and jams. Default: what the law of impact says.
     #[serde(deserialize_with = "crate::serial::values::word")]
     pub jams: Jams,
     /// Largest error that `Model::Auto` may make, dimensionless: of times relative to the time elapsed when the run ends, of q
