@@ -49,6 +49,7 @@ rust:
 	cargo check -p standfast --no-default-features --profile quick --quiet
 	RUSTDOCFLAGS="-D warnings" cargo doc -p standfast -p standfast-python --no-deps --profile quick --quiet
 	$(RUST_TESTS)
+	cargo test -p standfast-benches --doc --profile quick
 
 # On the wheel that is installed.
 python:

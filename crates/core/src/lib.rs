@@ -23,8 +23,8 @@
 //!
 //! SI units, angles in rad counterclockwise, pairs in the order (tangential, normal).
 //!
-//! The names of this example and [`Simulation`], [`simulate_many`], [`Scene`] and [`stability`](stability()) are at the root; everything
-//! else is in the module of its subject:
+//! The names that a first program needs are at the root: the bodies, the options, one run and many, the verdict, the scene, the error.
+//! Everything else is in the module of its subject:
 //!
 //! | module | subject |
 //! | --- | --- |
@@ -39,15 +39,38 @@
 //! | [`sweep`] | the same questions on grids of parameters |
 //! | [`ask`](mod@ask) | all of them as JSON, for pages and notebooks |
 //!
-//! The private modules hold the laws: `impact` (Newton, Poisson, Stronge, Moreau and others), `zeno` (sums of bounces and of
-//! clattering), `sustained` (contacts at rest or sliding: the choice of a mode, and the motion until it ends), `motion` (the loop
-//! over events), `auto` (choice of the model), `verified` (the local model in intervals), `enclosure` (proved bounds). In the source each stands above those that use it, in
-//! the order of `lib.rs`. `docs/architecture.md` lists them with their files.
+//! | task | names |
+//! | --- | --- |
+//! | a box that is thrown on stairs | [`Posture::block`] with [`Lamina::terrain`], [`simulate`](simulate()) with [`Impact::Moreau`] |
+//! | the motion at any time | [`Trajectory::at`], [`times`](Trajectory::times), [`forces`](Trajectory::forces); [`reader`](Trajectory::reader) for many times |
+//! | contact modes of a posture at rest | [`ContactProblem::of_posture`](modes::ContactProblem::of_posture), [`contact_modes`](modes::contact_modes) |
+//! | is the posture stable, and why | [`stability`](stability()), [`Verdict`](stability::Verdict) |
+//! | kicks, or an earthquake, during a run | [`Simulation`], [`Excitation`](excitation::Excitation) |
+//! | the kicks that a posture withstands | [`robustness`](robustness()) |
+//! | many runs | [`simulate_many`]; [`simulate_many_until`](simulate::simulate_many_until) with a number of threads, or to stop them |
+//! | a map over parameters | [`Sweep`](sweep::Sweep) |
+//! | files | [`Scene::load`], [`Scene::save`], [`Trajectory::save`], [`Verdict::save`](stability::Verdict::save) |
+//!
+//! # Rust version, features, speed
+//!
+//! Rust 1.89 or newer. The feature `qp`, on by default, solves contact modes by convex programmes (Clarabel). Without it, forces that are not
+//! unique (of three and more contacts) may be others, and so the motions that depend on them.
+//!
+//! Measure with `--release`: a build without optimisation is about fifty times slower. With these lines of your `Cargo.toml` a build for
+//! development is about five times slower:
+//!
+//! ```toml
+//! [profile.dev.package."*"]
+//! opt-level = 3
+//! ```
 
 #![forbid(unsafe_code)]
 #![cfg_attr(not(test), deny(clippy::disallowed_methods))]
 
-// From the ground up: a module uses those above it, never those below.
+// From the ground up: a module uses those above it, never those below. The private ones hold the laws: `impact` (Newton, Poisson, Stronge,
+// Moreau and others), `zeno` (sums of bounces and of clattering), `sustained` (contacts at rest or sliding: the choice of a mode, and the
+// motion until it ends), `motion` (the loop over events), `auto` (choice of the model), `verified` (the local model in intervals),
+// `enclosure` (proved bounds). `docs/architecture.md` lists them with their files.
 mod tolerance;
 mod math;
 mod serial;
@@ -81,7 +104,7 @@ pub use error::Error;
 pub use file::write::write_whole;
 /// The crate of the vectors in this interface, in the version that it uses.
 pub use nalgebra;
-pub use options::{Model, Options, Stop};
+pub use options::{Impact, Model, Options, Stop};
 pub use outcome::Outcome;
 pub use robustness::robustness;
 pub use scene::Scene;

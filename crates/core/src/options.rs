@@ -6,13 +6,16 @@ use serde::{Deserialize, Serialize};
 use crate::body::posture::Posture;
 use crate::error::{Error, finite, in_range, positive};
 use crate::math::clock::Clock;
+use crate::serial::shown_as_written;
+
+shown_as_written!(Model, Impact, Simultaneous, Stop, Edges, Jams);
 
 /// Which equations are solved.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Model {
     /// The local model where it is exact or its error, measured along the run against the full equations, is below
-    /// [`Options::tolerance`]; otherwise the full model.
+    /// [`Options::tolerance`]; otherwise the full model. The default.
     #[default]
     Auto,
     /// All Jacobian rows frozen at q = 0: the paper's linearisation.
@@ -22,12 +25,12 @@ pub enum Model {
 }
 
 /// The law of impact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Impact {
-    /// Frictionless Newton restitution [Or & Rimon 2008, (4)]. Friction acts between impacts only; a run has a warning
-    /// if a contact with friction is hit.
+    /// Frictionless Newton restitution [Or & Rimon 2008, (4)]. The default; no friction in impacts: for boxes and other bodies with friction
+    /// take `Moreau`. Friction acts between impacts only; a run has a warning if a contact with friction is hit.
     #[default]
     Newton,
     /// Routh's process with friction; the impulse of restitution is e times that of compression.
@@ -41,23 +44,23 @@ pub enum Impact {
 }
 
 /// What happens when several contacts with zero gap approach at the same instant.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Simultaneous {
-    /// All together: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0.
+    /// All together: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0. The default with [`Impact::Newton`], and possible with that law only.
     #[default]
     Newton,
-    /// The lowest number first, then again the lowest that still approaches.
+    /// The lowest number first, then again the lowest that still approaches. The default with every other law of impact.
     FirstContactFirst,
     /// The highest number first, then again the highest that still approaches.
     LastContactFirst,
 }
 
 /// Where a run ends, unless a limit ends it before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Stop {
-    /// At rest, or when it is decided that the body does not come to rest.
+    /// At rest, or when it is decided that the body does not come to rest. The default.
     #[default]
     Rest,
     /// At the first Zeno point.
@@ -67,10 +70,10 @@ pub enum Stop {
 }
 
 /// What happens where a corner of the ground meets a side of a body with an outline.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Edges {
-    /// It is a contact: see [`Trajectory::contacts`](crate::Trajectory::contacts).
+    /// It is a contact: see [`Trajectory::contacts`](crate::Trajectory::contacts). The default.
     #[default]
     Contact,
     /// The corner passes through the side, with a warning: the motion from then on is not that of the whole body.
@@ -78,25 +81,25 @@ pub enum Edges {
 }
 
 /// What happens where a contact slides and no contact mode is consistent: it jams (Painlevé).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Jams {
     /// What the law of impact says: with Poisson's and Stronge's law an impact without collision follows; with the others the run ends, with the
-    /// outcome `inconsistent`.
+    /// outcome `inconsistent`. The default.
     #[default]
     None,
     /// An impact without collision, whatever the law of impact: that of Poisson or Stronge, or else a plastic one that stops the contact.
     Impact,
 }
 
-/// The options of a run. The field names are the keywords in Python.
+/// The options of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
-    /// Which equations are solved.
+    /// Which equations are solved. Default `Auto`.
     #[serde(deserialize_with = "crate::serial::values::word")]
     pub model: Model,
-    /// The law of impact.
+    /// The law of impact. Default `Newton`: no friction in impacts.
     #[serde(deserialize_with = "crate::serial::values::word")]
     pub impact: Impact,
     /// What happens when several contacts touch down together. The default is `newton` with the law of impact of this name, and
@@ -107,12 +110,12 @@ pub struct Options {
     )]
     #[schemars(with = "Simultaneous")]
     pub simultaneous: Option<Simultaneous>,
-    /// Where the run ends.
+    /// Where the run ends. Default `Rest`.
     #[serde(deserialize_with = "crate::serial::values::word")]
     pub stop: Stop,
-    /// Time on the clock at the start, in s.
+    /// Time on the clock at the start, in s. Default 0.
     pub time: f64,
-    /// Latest time on the clock at which the run ends, in s.
+    /// Latest time on the clock at which the run ends, in s. Default: no limit.
     #[serde(
         with = "crate::serial::numbers::extended_option",
         skip_serializing_if = "Option::is_none"
@@ -122,27 +125,27 @@ pub struct Options {
     /// Largest number of events: collisions, and changes of the contact modes (a lift-off, the end of a slide, an accumulation
     /// of impacts that ends), one each. Impacts at one instant are not separated, so that the last of them may exceed the limit. A run that
     /// is recorded has at most 20 000 000 events over the number of contacts, and a warning says where that ended it. Steps of integration are not
-    /// events; a run also ends once there are 250 000 more steps than events.
+    /// events; a run also ends once there are 250 000 more steps than events. Default 1 000 000.
     pub event_limit: usize,
     /// Displacement of the centre of mass, in m, beyond which the outcome is `escape`. It is
-    /// checked whenever the kind of motion changes.
+    /// checked whenever the kind of motion changes. Default infinite.
     #[serde(with = "crate::serial::numbers::extended")]
     #[schemars(with = "crate::serial::numbers::Extended")]
     pub neighbourhood: f64,
-    /// What happens where a corner of the ground meets a side of a body with an outline.
+    /// What happens where a corner of the ground meets a side of a body with an outline. Default `Contact`.
     #[serde(deserialize_with = "crate::serial::values::word")]
     pub edges: Edges,
-    /// What happens where a contact slides and jams.
+    /// What happens where a contact slides and jams. Default: what the law of impact says.
     #[serde(deserialize_with = "crate::serial::values::word")]
     pub jams: Jams,
     /// Largest error that `Model::Auto` may make, dimensionless: of times relative to the time elapsed when the run ends, of q
     /// relative to the size of the body. The error of the time of a Zeno point early in a long run is relative to the duration of the
-    /// whole run; with [`Stop::Zeno`] that is the time of the first Zeno point itself.
+    /// whole run; with [`Stop::Zeno`] that is the time of the first Zeno point itself. Default 1e-12.
     pub tolerance: f64,
-    /// Whether the trajectory is kept.
+    /// Whether the trajectory is kept. Default true.
     pub record: bool,
     /// Whether the run computes intervals that are proved to contain the times of its collisions and, in the local model, of its first Zeno
-    /// point: `Trajectory::enclosure`.
+    /// point: `Trajectory::enclosure`. Default false.
     pub certify: bool,
 }
 

@@ -8,9 +8,11 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::body::posture::MAX_CONTACTS;
 use crate::body::state::State;
-use crate::serial::shown_as_str;
+use crate::error::Error;
+use crate::serial::{shown_as_str, shown_as_written};
 
 shown_as_str!(Outcome, ZenoMethod, Cause, ModelReason, Uncertain);
+shown_as_written!(ContactKind);
 
 /// The number of a contact, counted from 1 as in the paper; [`index`](Self::index) counts from 0. `Debug`, `Display` and serde
 /// all give the number from 1.
@@ -46,9 +48,38 @@ impl ContactNumber {
     }
 }
 
-/// A set of contacts of one posture.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// From the number of a contact, counted from 1.
+impl TryFrom<usize> for ContactNumber {
+    type Error = Error;
+
+    fn try_from(number: usize) -> Result<Self, Error> {
+        number.checked_sub(1).map(Self).ok_or_else(|| Error::Unusable {
+            field: "contact".into(),
+            value: number.to_string(),
+            allowed: "a number from 1 on".into(),
+        })
+    }
+}
+
+/// A set of contacts of one run, written `{1, 3}`.
+///
+/// ```
+/// use standfast::{Lamina, Options, Posture, State, simulate};
+///
+/// // A box falls flat: it rests on its lower corners.
+/// let block = Posture::block(1.0, 0.5, &Lamina::default())?;
+/// let run = simulate(&block, &State::at_rest([0.0, 0.1, 0.0]), &Options::default())?;
+/// let touching = run.touching();
+/// assert_eq!((touching.to_string(), touching.len()), ("{1, 2}".into(), 2));
+/// assert!(touching.contains(2.try_into()?) && !touching.contains(3.try_into()?));
+/// # Ok::<(), standfast::Error>(())
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct ContactSet(u128);
+
+/// The contacts of a [`ContactSet`], in order.
+#[derive(Debug, Clone)]
+pub struct ContactSetIter(u128);
 
 /// Contacts of a run that a set can hold: those of the body, and as many sides on corners of the ground.
 const MOST_CONTACTS: usize = 2 * MAX_CONTACTS;
@@ -70,14 +101,65 @@ impl ContactSet {
     }
 
     /// Its contacts, in order.
-    pub fn iter(self) -> impl Iterator<Item = ContactNumber> {
-        (0..MOST_CONTACTS).filter(move |i| self.0 >> i & 1 == 1).map(ContactNumber)
+    #[must_use]
+    pub fn iter(self) -> ContactSetIter {
+        ContactSetIter(self.0)
+    }
+
+    /// Whether it has this contact.
+    #[must_use]
+    pub fn contains(self, contact: ContactNumber) -> bool {
+        contact.0 < MOST_CONTACTS && self.0 >> contact.0 & 1 == 1
+    }
+
+    /// Number of its contacts.
+    #[must_use]
+    pub fn len(self) -> usize {
+        self.0.count_ones() as usize
     }
 
     /// Whether it has no contacts.
     #[must_use]
     pub fn is_empty(self) -> bool {
         self.0 == 0
+    }
+}
+
+impl Iterator for ContactSetIter {
+    type Item = ContactNumber;
+
+    fn next(&mut self) -> Option<ContactNumber> {
+        let index = (self.0 != 0).then(|| self.0.trailing_zeros())?;
+        self.0 &= self.0 - 1;
+        Some(ContactNumber(index as usize))
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        let count = self.0.count_ones() as usize;
+        (count, Some(count))
+    }
+}
+
+impl ExactSizeIterator for ContactSetIter {}
+
+impl IntoIterator for ContactSet {
+    type Item = ContactNumber;
+    type IntoIter = ContactSetIter;
+
+    fn into_iter(self) -> ContactSetIter {
+        self.iter()
+    }
+}
+
+impl fmt::Debug for ContactSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_set().entries(self.iter()).finish()
+    }
+}
+
+impl fmt::Display for ContactSet {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{self:?}")
     }
 }
 
@@ -107,7 +189,7 @@ impl<'de> Deserialize<'de> for ContactNumber {
 }
 
 /// How a run ends.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Outcome {
@@ -142,7 +224,7 @@ impl Outcome {
         Self::EventLimit,
     ];
 
-    /// The name of the outcome in Python and in files.
+    /// The name of the outcome in files.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -172,7 +254,7 @@ impl PartialOrd for Outcome {
 }
 
 /// Why a run has its [`model`](crate::Trajectory::model). Serde writes it as the sentence of [`as_str`](Self::as_str).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(into = "&'static str")]
 #[non_exhaustive]
 pub enum ModelReason {
@@ -277,9 +359,9 @@ pub struct ImpactRecord {
     pub elapsed: f64,
     /// The contact that is hit.
     pub contact: ContactNumber,
-    /// Gap rates before, contact by contact, in m/s.
+    /// Gap rates before, of the contacts of the posture, in m/s; a side of the body has no gap.
     pub rates_before: Vec<f64>,
-    /// Gap rates after, contact by contact, in m/s.
+    /// Gap rates after, of the contacts of the posture, in m/s.
     pub rates_after: Vec<f64>,
     /// Impulse (tangential, normal), in N s; NaN for a model without a mass.
     pub impulse: [f64; 2],
@@ -306,9 +388,9 @@ pub struct ZenoPoint {
     pub qdot: Option<[f64; 3]>,
     /// Rotation θ (rad) and angular velocity ω (rad/s) there.
     pub rotation: [f64; 2],
-    /// Gaps there, in m.
+    /// Gaps there, of the contacts of the posture, in m; a side of the body has no gap.
     pub gaps: Vec<f64>,
-    /// Gap rates there, in m/s.
+    /// Gap rates there, of the contacts of the posture, in m/s.
     pub gap_rates: Vec<f64>,
     /// Whether the sum is proved (except for rounding errors) and not estimated.
     pub certified: bool,
@@ -330,7 +412,7 @@ impl ZenoPoint {
 }
 
 /// The argument by which a Zeno point was found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum ZenoMethod {
@@ -351,7 +433,7 @@ pub enum ZenoMethod {
 }
 
 impl ZenoMethod {
-    /// Its name in Python and in files.
+    /// Its name in files.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -367,7 +449,7 @@ impl ZenoMethod {
 }
 
 /// The number of contacts that come to rest, written "1-zeno", "2-zeno", ….
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct ZenoKind(pub usize);
 
 impl fmt::Display for ZenoKind {
@@ -400,7 +482,7 @@ pub struct Phase {
 }
 
 /// What touches the ground at a contact of a run.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum ContactKind {
@@ -431,7 +513,7 @@ pub struct RunContact {
 }
 
 /// Why a phase begins.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Cause {
     /// The run starts.
@@ -455,7 +537,7 @@ pub enum Cause {
 }
 
 impl Cause {
-    /// The name of the cause in Python and in files.
+    /// The name of the cause in files.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {
@@ -496,9 +578,9 @@ impl Serialize for Cause {
 pub struct Instant {
     /// q and q̇; without a body only θ and ω are defined.
     pub state: State,
-    /// Gaps, in m.
+    /// Gaps of the contacts of the posture, in m; a side of the body has no gap.
     pub gaps: Vec<f64>,
-    /// Gap rates, in m/s.
+    /// Gap rates of the contacts of the posture, in m/s.
     pub rates: Vec<f64>,
 }
 
@@ -577,7 +659,7 @@ pub struct EnclosedZeno {
 }
 
 /// Why an enclosure ends before a Zeno point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(into = "&'static str")]
 pub enum Uncertain {
     /// The intervals do not decide which contact lands next, or whether one lands: contacts land at almost the same time, a contact grazes

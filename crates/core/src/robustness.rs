@@ -136,7 +136,7 @@ pub fn robustness(
 }
 
 /// As [`robustness`], with these resources. `cancel` is called from time to time; once it returns true, the result is `None`. `done` is
-/// called from time to time with the number of kicks that have been simulated.
+/// called from time to time with the number of kicks that have been simulated. Both are called on the thread that has called this function.
 ///
 /// # Errors
 ///
@@ -214,8 +214,11 @@ fn checked(sizes: &[f64], trials: usize, run: &Options) -> Result<usize, Error> 
     })?;
     run.validate()?;
     if run.stop != Stop::Rest {
-        let value = format!("{:?}", run.stop).to_lowercase();
-        return Err(unusable("stop", value, "rest, because a body that comes back is at rest"));
+        return Err(unusable(
+            "stop",
+            run.stop.to_string(),
+            "rest, because a body that comes back is at rest",
+        ));
     }
     if run.certify {
         return Err(unusable("certify", "true".into(), "false, because nothing is recorded"));
@@ -254,6 +257,10 @@ fn velocity(size: f64, [x, y, turn]: &[f64; 3], rho: f64) -> [f64; 3] {
 
 impl Robustness {
     /// The velocities (m/s, m/s, rad/s) of the kicks of one of the sizes, by its index, for the posture that was kicked.
+    ///
+    /// # Panics
+    ///
+    /// If [`levels`](Self::levels) has no such index.
     pub fn velocities(&self, level: usize, posture: &Posture) -> impl Iterator<Item = [f64; 3]> {
         let (size, rho) = (self.levels[level].size, posture.fields().gyration_radius);
         self.kicks.iter().map(move |kick| velocity(size, kick, rho))
@@ -301,10 +308,9 @@ impl Foot {
 fn came_back(posture: &Posture, feet: &[Foot], run: &Options, end: &End) -> bool {
     let q = &end.state.q;
     let moved = libm::hypot(q.x, q.y);
-    let touching: SmallVec<[ContactNumber; 4]> = end.touching.iter().collect();
     let stands = |foot: &Foot| {
         let same = SAME_GROUND * (posture.size() + moved);
-        let touches = touching.contains(&foot.contact());
+        let touches = end.touching.contains(foot.contact());
         let allowed = if touches { same } else { HOVERS * posture.size() };
         let gaps = foot.gaps(posture, q, run.model == Model::Local);
         gaps.iter().any(|gap| (-same..=allowed).contains(gap))
@@ -312,7 +318,7 @@ fn came_back(posture: &Posture, feet: &[Foot], run: &Options, end: &End) -> bool
     end.outcome == Outcome::Rest
         && q.z.abs() < std::f64::consts::PI
         && moved <= run.neighbourhood
-        && touching.iter().all(|contact| feet.iter().any(|foot| foot.contact() == *contact))
+        && end.touching.iter().all(|contact| feet.iter().any(|foot| foot.contact() == contact))
         && feet.iter().all(stands)
 }
 

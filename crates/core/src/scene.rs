@@ -50,7 +50,7 @@ pub struct Scene {
     pub posture: Posture,
     /// The start.
     pub start: State,
-    /// The keywords of [`simulate`](crate::simulate()).
+    /// The options of the run.
     pub options: Options,
     /// The kicks and the motion of the ground.
     pub excitation: Excitation,
@@ -247,7 +247,7 @@ impl Scene {
     /// The run of the scene, for other options or to stop it.
     pub fn simulation(&self) -> Simulation<'_> {
         let Self { posture, start, options, excitation } = self;
-        Simulation { excitation, ..Simulation::new(posture, *start, options) }
+        Simulation { excitation, ..Simulation::new(posture, *start, *options) }
     }
 
     fn read(format: Format, text: &str) -> Result<Self, Error> {

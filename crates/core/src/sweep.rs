@@ -134,7 +134,7 @@ impl Field {
 }
 
 /// A quantity that is computed at each point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Quantity {
     /// [`Equilibrium::holds`]
     Equilibrium,
@@ -151,37 +151,51 @@ pub enum Quantity {
 }
 
 /// A field of [`Conditions`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the fields of a verdict, explained there")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum OfConditions {
+    /// [`Conditions::theorem_3`]: a kinematic-strong equilibrium in which clattering converges.
     Theorem3,
+    /// [`Conditions::kinematic_strong`]: no word other than the static one is possible.
     KinematicStrong,
+    /// [`Conditions::kinematic_strong_strict`]: the same, with fixed contacts in their friction cones.
     KinematicStrongStrict,
+    /// [`Conditions::kinematic_margin`]: the least margin of this test, dimensionless.
     KinematicMargin,
+    /// [`Conditions::unambiguous`]: FF is the only consistent word.
     Unambiguous,
+    /// [`Conditions::coupling`]: ψ, dimensionless.
     Coupling,
+    /// [`Conditions::clattering`]: the bound (10) holds.
     Clattering,
+    /// [`Conditions::clattering_margin`]: ψ less the bound of (10).
     ClatteringMargin,
+    /// [`Conditions::chatter`]: Goyal's bound holds.
     Chatter,
+    /// [`Conditions::chatter_margin`]: ψ less Goyal's bound.
     ChatterMargin,
 }
 
 /// A field of a verdict that needs the whole verdict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the fields of a verdict, explained there")]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum OfVerdict {
+    /// `frictional_stability`: stable, unstable or undecided.
     Stability,
+    /// `by`: the argument that decides.
     Argument,
+    /// [`reason`](crate::stability::Verdict::reason): why the verdict is undecided.
     Reason,
+    /// `energy`: every frictionless motion comes to rest on the contacts. False where it is `None`.
     Energy,
+    /// Whether the body stands in a well: `well` is not `None`.
     Stays,
+    /// `delicate`: rounding errors may decide.
     Delicate,
-    /// NaN where there is no bound.
+    /// `amplification`: the bound of the growth of a motion after a kick; NaN where there is none.
     Amplification,
 }
 
 /// The kind of the values of a quantity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum ValueKind {
     /// Yes or no.
     Flag,
@@ -577,7 +591,7 @@ impl Sweep {
                 let allowed = "q and qdot, where the runs of fate and zeno_time start";
                 return Err(unusable("q", "None", allowed));
             };
-            let run = Simulation { cancel: stop, ..Simulation::new(&posture, *state, options) };
+            let run = Simulation { cancel: stop, ..Simulation::new(&posture, *state, *options) };
             let Some(run) = run.run()? else { return Ok(false) };
             Some(run)
         } else {
@@ -609,8 +623,8 @@ impl Sweep {
         Ok(true)
     }
 
-    /// The quantities at the points of a range, on `threads` threads; `None` once `cancel`, which is called every few
-    /// milliseconds, returns true.
+    /// The quantities at the points of a range, on `threads` threads; `None` once `cancel`, which is called every few milliseconds, on the
+    /// thread that has called this function, returns true.
     ///
     /// # Errors
     ///

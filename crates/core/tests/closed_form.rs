@@ -1439,7 +1439,7 @@ fn bounds_are_cancelled() {
             let cancel = || asked.replace(asked.get() + 1) >= most;
             let start = State::at_rest([0.0, 0.2, 0.001]);
             let options = Options { certify, ..limited };
-            let run = Simulation::new(&body, start, &options);
+            let run = Simulation::new(&body, start, options);
             Simulation { cancel: &cancel, ..run }.run().unwrap()
         };
         assert!(run(false, usize::MAX).is_some());

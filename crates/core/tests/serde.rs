@@ -9,6 +9,7 @@ use standfast::body::{LocalModel, LocalModelFields, LocalState};
 use standfast::excitation::{Excitation, GroundMotion, Kick};
 use standfast::modes::{ContactProblem, Method, Modes, ProblemFields, contact_modes};
 use standfast::options::{Impact, Jams, Simultaneous};
+use standfast::outcome::ContactNumber;
 use standfast::simulate::simulate_local;
 use standfast::stability::{Argument, Evidence, Stability, Verdict, trials};
 use standfast::{
@@ -109,7 +110,7 @@ fn a_contact_has_one_number() {
     assert_eq!((contact.index(), contact.number()), (0, 1));
     assert_eq!(format!("{contact} {contact:?} {}", json(&contact)), "1 1 1");
     assert_eq!(back(&contact), contact);
-    assert!(serde_json::from_str::<standfast::outcome::ContactNumber>("0").is_err());
+    assert!(serde_json::from_str::<ContactNumber>("0").is_err());
     assert_eq!(format!("{:?}", standfast::outcome::Cause::Impact(contact)), "Impact(1)");
 }
 
@@ -125,6 +126,47 @@ fn words_are_written_as_they_are_spelled() {
     }
     for stability in [Stability::Stable, Stability::Unstable, Stability::Undecided] {
         assert_eq!(json(&stability), format!("\"{}\"", stability.as_str()));
+    }
+}
+
+#[test]
+fn options_are_printed_as_they_are_written() {
+    for impact in [Impact::Newton, Impact::ChatterjeeRuina, Impact::Moreau] {
+        assert_eq!(format!("\"{impact}\""), json(&impact));
+    }
+    assert_eq!(Simultaneous::FirstContactFirst.to_string(), "first-contact-first");
+    assert_eq!(format!("{:>6}|{}|{}", Stop::Rest, Jams::None, Model::Auto), "  rest|none|auto");
+}
+
+#[test]
+fn contacts_are_counted_from_one() {
+    let run = &runs()[0];
+    let touching = run.touching();
+    let numbers: Vec<usize> = touching.into_iter().map(ContactNumber::number).collect();
+    assert_eq!(touching.len(), numbers.len());
+    for number in 1..=200 {
+        let contact = ContactNumber::try_from(number).unwrap();
+        assert_eq!((contact.number(), contact.index()), (number, number - 1));
+        assert_eq!(touching.contains(contact), numbers.contains(&number));
+    }
+    let error = ContactNumber::try_from(0).unwrap_err().to_string();
+    assert_eq!(error, "contact = 0 cannot be used: a number from 1 on");
+}
+
+#[test]
+fn times_end_at_the_end() {
+    for run in runs().iter().filter(|run| run.options().record) {
+        let (start, end) = (run.options().time, run.time());
+        for count in 2..60 {
+            let times: Vec<f64> = run.times(count).collect();
+            assert_eq!((times.len(), times[0], times[count - 1]), (count, start, end));
+            assert!(times.is_sorted());
+        }
+        assert!(run.times(0).next().is_none() && run.times(1).eq([start]));
+        for count in [0, 1, 1 << 60] {
+            let error = run.sample_times(count).unwrap_err().to_string();
+            assert_eq!(error, format!("n = {count} cannot be used: from 2 to 10000000"));
+        }
     }
 }
 
@@ -179,7 +221,10 @@ fn a_run_that_was_changed_is_refused() {
         ("\"posture\": {", "\"attitude\": {"),
     ] {
         assert!(text.contains(old), "{old} in {text}");
-        assert!(serde_json::from_str::<Trajectory>(&text.replace(old, new)).is_err(), "{old}");
+        let changed = text.replace(old, new);
+        assert!(serde_json::from_str::<Trajectory>(&changed).is_err(), "{old}");
+        let error = Trajectory::from_json(&changed).unwrap_err().to_string();
+        assert!(error.starts_with("run: "), "{error}");
     }
 }
 

@@ -109,7 +109,7 @@ impl PyRuns {
         let options = Options { record: true, ..self.options };
         interruptible_run(py, |cancel| {
             let (start, excitation) = (self.states[i], &self.excitation);
-            Simulation { posture, start, options: &options, excitation, cancel }.run()
+            Simulation { posture, start, options, excitation, cancel }.run()
         })
     }
 

@@ -12,8 +12,7 @@ use standfast::body::{MAX_CONTACTS, MAX_VERTICES};
 use crate::convert::array;
 use crate::error::to_py;
 
-/// Largest number of times of `Run.sample`: 560 MB.
-pub(crate) const MOST_SAMPLES: usize = 10_000_000;
+pub(crate) use standfast::simulate::MOST_SAMPLES;
 
 /// The error for a value of a field.
 fn unusable(field: &str, value: &Bound<'_, PyAny>, allowed: impl Into<String>) -> Error {

@@ -125,7 +125,7 @@ mod _core {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyRun> {
         let options = of_call("simulate", Options::default(), &[], options)?;
-        let (options, start, posture) = (&options, State::new(q, qdot), &posture.0.clone());
+        let (start, posture) = (State::new(q, qdot), &posture.0.clone());
         let excitation = &Excitation { kicks, ground_motion };
         interruptible_run(py, |cancel| {
             Simulation { posture, start, options, excitation, cancel }.run()

@@ -103,7 +103,7 @@ impl PyScene {
         if let Some(keywords) = keywords {
             set(&mut options, keywords)?;
         }
-        let (scene, options) = (&self.0, &options);
+        let scene = &self.0;
         interruptible_run(py, |cancel| Simulation { options, cancel, ..scene.simulation() }.run())
     }
 

@@ -166,7 +166,8 @@ pub fn ask(question: &str) -> String {
     ask_until(question, 1, &|| false)
 }
 
-/// As [`ask`], with `threads` for maps. `cancel` is called every few milliseconds; once it returns true, the answer is the error "stopped".
+/// As [`ask`], with `threads` for maps. `cancel` is called every few milliseconds, on the thread that has called this function; once it
+/// returns true, the answer is the error "stopped".
 #[must_use]
 pub fn ask_until(question: &str, threads: usize, cancel: &dyn Fn() -> bool) -> String {
     match answer(question, threads, cancel) {

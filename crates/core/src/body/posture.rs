@@ -32,7 +32,10 @@ use crate::error;
 use crate::error::{Error, finite, in_range, positive, restitution};
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
+use crate::serial::shown_as_written;
 use crate::tolerance::{STEEPEST_REACHED, TOUCH};
+
+shown_as_written!(GroundKind);
 
 /// Number of corrections of a vertical displacement that brings a contact to the ground. On steep ground the displacement may be a million
 /// times the gap, and the first one has the rounding error of such a length.
@@ -101,8 +104,9 @@ pub struct PostureFields {
         deserialize_with = "crate::serial::values::word"
     )]
     pub ground: GroundKind,
-    /// Corners of the polygon of the body in its nominal posture, in order, in m; none: nothing but the contacts is known of its shape. They
-    /// meet no ground: a run warns where a corner of the terrain enters the polygon.
+    /// Corners of the polygon of the body in its nominal posture, in order, in m; none: nothing but the contacts is known of its shape. A
+    /// corner of the body meets the ground only if it is a contact. Where a corner of the ground meets a side of the polygon, the option
+    /// [`Edges`](crate::options::Edges) says what happens: by default the side is a contact of the run.
     #[serde(
         default,
         skip_serializing_if = "Vec::is_empty",
@@ -130,7 +134,7 @@ impl Default for PostureFields {
 }
 
 /// The ground of a posture without a terrain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum GroundKind {
     /// Each contact meets only the line of its own slope through its own point.

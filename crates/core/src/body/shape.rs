@@ -29,7 +29,9 @@ pub struct Lamina {
     pub tangential_restitution: f64,
     /// Gravity g ≥ 0, in m/s².
     pub gravity: f64,
-    /// Vertices of the terrain; none: the level line through the lowest contact.
+    /// Vertices of the terrain, in m, as of [`PostureFields::terrain`]. None: one level line through the lowest contact; each end of a rod then
+    /// meets its own level line y = 0, and a disc the line of its slope. On a terrain the slope of a disc is that of the piece at the
+    /// origin.
     pub terrain: Vec<[f64; 2]>,
 }
 

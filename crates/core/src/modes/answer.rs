@@ -16,7 +16,7 @@ pub(super) fn is_doubtful(value: f64) -> bool {
 }
 
 /// A test of Table I.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Condition {
     /// S: a_n > 0.
@@ -122,7 +122,7 @@ pub(super) fn test(
 }
 
 /// How the equations of a word determine its forces.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Forces {
     /// The equations determine the forces.

@@ -36,7 +36,7 @@ use crate::serial::shown_as_str;
 shown_as_str!(Status);
 
 /// How contact modes are found.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
     /// The cheapest method: closed forms for one and two contacts; enumeration for up to [`MAX_ENUMERATED`] closed contacts; for more
@@ -50,12 +50,12 @@ pub enum Method {
     Qp,
 }
 
-/// Number of closed contacts up to which enumeration costs no more than programmes (`modes/one_answer` of `cargo bench -p
-/// standfast-benches --bench modes`: 27 µs and 43 µs for 6 contacts, 68 µs and 44 µs for 7).
+/// Number of closed contacts up to which enumeration costs no more than programmes (27 µs and 43 µs for 6 contacts, 68 µs and 44 µs for 7;
+/// measured by the benchmark `modes/one_answer`).
 pub const MAX_ENUMERATED: usize = 6;
 
 /// The number of consistent words, as a status.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Status {
     /// Exactly one.
     Unique,
@@ -70,7 +70,7 @@ pub enum Status {
 }
 
 impl Status {
-    /// Its name in Python and in files.
+    /// Its name in files.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {

@@ -24,7 +24,7 @@ use crate::modes::{Method, Mode, ModeAnswer, contact_modes};
 use crate::tolerance::{TOUCH, UNIT_TANGENT};
 
 /// The kind of unknowns of a contact-mode problem.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Level {
     /// Accelerations (m/s²) and forces (N).

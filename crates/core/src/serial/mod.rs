@@ -14,4 +14,15 @@ macro_rules! shown_as_str {
     )+};
 }
 
-pub(crate) use shown_as_str;
+/// Writes these types in the words of their files.
+macro_rules! shown_as_written {
+    ($($name:ty),+) => {$(
+        impl std::fmt::Display for $name {
+            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                serde::Serialize::serialize(self, f)
+            }
+        }
+    )+};
+}
+
+pub(crate) use {shown_as_str, shown_as_written};

@@ -21,7 +21,7 @@ const LEAST: usize = 16;
 /// Resources of the machine that many runs may use. Results do not depend on them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Resources {
-    /// Threads, at least 1.
+    /// Threads; 0 counts as 1.
     pub threads: usize,
 }
 
@@ -59,8 +59,8 @@ pub fn simulate_many(
         .map(|ends| ends.unwrap_or_else(|| unreachable!("nothing cancels these runs")))
 }
 
-/// As [`simulate_many`], with these resources. `cancel` is called from time to time; once it returns true, the result is
-/// `None`.
+/// As [`simulate_many`], with these resources. `cancel` is called from time to time, always on the thread that has called this function;
+/// once it returns true, the result is `None`.
 ///
 /// ```
 /// use standfast::simulate::{Resources, simulate_many_until};
@@ -143,7 +143,7 @@ pub(crate) fn ends_until(
                 return Ok(None);
             }
             let posture = own.as_ref().unwrap_or_else(|| &postures[run]);
-            let (start, options) = (states[run], &options);
+            let start = states[run];
             let one = Simulation { posture, start, options, excitation, cancel: stop };
             one.end().map_err(|error| (run, error))
         };

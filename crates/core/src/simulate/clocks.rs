@@ -4,8 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, in_range, positive};
 use crate::outcome::ZenoPoint;
+use crate::serial::shown_as_written;
 use crate::simulate::trajectory::Trajectory;
 use crate::tolerance::{NEAREST_FRAME, NEAREST_FRAME_ROUNDINGS, TOUCH};
+
+shown_as_written!(FilmClock);
 
 /// Largest number of frames of a film: eleven minutes at 30 frames per second.
 const MOST_FRAMES: usize = 20_000;
@@ -16,7 +19,7 @@ const MOST_FRAMES: usize = 20_000;
 /// | ----- | -------------------------------------------------------------------------------------------- |
 /// | real  | one second of the film is one second of the run                                              |
 /// | zeno  | one second of the film is a tenfold decrease of the time left to the next Zeno point; after the last Zeno point as real |
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FilmClock {
     /// Real time.

@@ -13,7 +13,7 @@ pub use batch::{Resources, simulate_many, simulate_many_excited_until, simulate_
 pub use clocks::FilmClock;
 pub use reader::Reader;
 pub use simulation::Simulation;
-pub use trajectory::Trajectory;
+pub use trajectory::{MOST_SAMPLES, Trajectory};
 
 use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
@@ -47,7 +47,7 @@ use crate::zeno::Gaps;
 /// An option or a quantity out of range; a state that is not finite, or that penetrates the terrain by more than [`TOUCH`](crate::tolerance::TOUCH) of
 /// the size of the body; [`Simultaneous::Newton`](crate::options::Simultaneous::Newton) with an impact law other than Newton's.
 pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
-    let run = Simulation::new(posture, *state, options).run()?;
+    let run = Simulation::new(posture, *state, *options).run()?;
     Ok(run.unwrap_or_else(|| unreachable!("nothing stops this run")))
 }
 

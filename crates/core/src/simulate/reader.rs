@@ -30,8 +30,7 @@ use crate::tolerance::STILL;
 /// let rod = Posture::rod(0.5, &lamina)?;
 /// let run = simulate(&rod, &State::at_rest([0.0, 0.011, 0.002]), &Options::default())?;
 /// let mut reader = run.reader();
-/// for k in 0..100 {
-///     let t = run.time() * f64::from(k) / 100.0;
+/// for t in run.times(100) {
 ///     assert_eq!(reader.at(t)?, run.at(t)?);
 /// }
 /// # Ok::<(), standfast::Error>(())
@@ -64,6 +63,9 @@ impl<'a> Reader<'a> {
     }
 
     /// The motion at time `t` on the clock, exact within a phase. At the time of an impact: after it.
+    ///
+    /// The last time is [`Trajectory::time`] itself: a sum or a product that should give it may be rounded up, and then lies outside the run.
+    /// [`Trajectory::times`] gives equally spaced times with the exact end.
     ///
     /// # Errors
     ///

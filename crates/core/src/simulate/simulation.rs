@@ -1,5 +1,7 @@
 //! One run of a body: its checks, the choice of the model, and the call of the event loop.
 
+use std::fmt;
+
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::Error;
@@ -28,8 +30,8 @@ use crate::{auto, enclosure};
 /// let block = Posture::block(1.0, 0.2, &Lamina { mass: 2.0, friction: 0.5, gravity: 10.0, ..Lamina::default() })?;
 /// let kick = Kick { time: 1.0, impulse: [6.0, 0.0], ..Kick::default() };
 /// let excitation = Excitation { kicks: vec![kick], ..Excitation::default() };
-/// let (start, options) = (State::at_rest([0.0; 3]), Options::default());
-/// let run = Simulation { excitation: &excitation, ..Simulation::new(&block, start, &options) }.run()?;
+/// let start = State::at_rest([0.0; 3]);
+/// let run = Simulation { excitation: &excitation, ..Simulation::new(&block, start, Options::default()) }.run()?;
 /// let run = run.expect("nothing stops this run");
 /// assert!((run.state().q.x - 0.9).abs() < 1e-15);
 /// # Ok::<(), standfast::Error>(())
@@ -42,11 +44,23 @@ pub struct Simulation<'a> {
     /// Where it starts.
     pub start: State,
     /// How the run is made.
-    pub options: &'a Options,
+    pub options: Options,
     /// The kicks and the motion of the ground.
     pub excitation: &'a Excitation,
-    /// Called from time to time; once it returns true, the result is `None`.
+    /// Called from time to time, on the thread of the run; once it returns true, the result is `None`.
     pub cancel: &'a dyn Fn() -> bool,
+}
+
+impl fmt::Debug for Simulation<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { posture, start, options, excitation, cancel: _ } = self;
+        f.debug_struct("Simulation")
+            .field("posture", posture)
+            .field("start", start)
+            .field("options", options)
+            .field("excitation", excitation)
+            .finish_non_exhaustive()
+    }
 }
 
 static NOTHING: Excitation = Excitation { kicks: Vec::new(), ground_motion: None };
@@ -61,7 +75,7 @@ enum Tried {
 
 impl<'a> Simulation<'a> {
     /// A run without kicks and with the ground at rest, which nothing stops.
-    pub fn new(posture: &'a Posture, start: State, options: &'a Options) -> Self {
+    pub fn new(posture: &'a Posture, start: State, options: Options) -> Self {
         Self { posture, start, options, excitation: &NOTHING, cancel: &|| false }
     }
 
@@ -77,7 +91,7 @@ impl<'a> Simulation<'a> {
 
     /// The same with checked start and excitation. `options` have been checked.
     fn checked(&self) -> Result<Self, Error> {
-        let Self { posture, start, options, excitation, .. } = *self;
+        let Self { posture, start, ref options, excitation, .. } = *self;
         solvable(posture, options)?;
         start.validate()?;
         if options.edges == Edges::Contact {
@@ -97,7 +111,7 @@ impl<'a> Simulation<'a> {
     }
 
     fn motion(&self) -> Result<Option<Trajectory>, Error> {
-        let Self { posture, options, excitation, .. } = *self;
+        let Self { posture, ref options, excitation, .. } = *self;
         let start = |model| Start::new(posture, &self.start, model);
         let (start, reason) = match options.model {
             Model::Auto if excitation.is_none() => {
@@ -132,7 +146,7 @@ impl<'a> Simulation<'a> {
     }
 
     fn end_of_motion(&self) -> Result<Option<End>, Error> {
-        let Self { posture, options, cancel, .. } = *self;
+        let Self { posture, ref options, cancel, .. } = *self;
         if options.model == Model::Auto || !self.excitation.is_none() {
             return Ok(self.motion()?.map(|run| end_of(&run)));
         }
@@ -159,7 +173,7 @@ impl<'a> Simulation<'a> {
 
     /// The record of a run with these changes; `None` if cancelled.
     fn excited(&self, start: Start, changes: &[Change]) -> Option<Box<Record>> {
-        let Self { posture, options, cancel, .. } = *self;
+        let Self { posture, ref options, cancel, .. } = *self;
         let local = start.model == Model::Local;
         // The first stage is computed as the run without kicks.
         let first = changes.first().filter(|change| change.elapsed > 0.0);
@@ -192,7 +206,7 @@ impl<'a> Simulation<'a> {
 
     /// The run with proved bounds of its times, if the options ask for them; `None`: cancelled.
     fn enclosed(&self, run: Trajectory) -> Option<Trajectory> {
-        let Self { posture, options, cancel, .. } = *self;
+        let Self { posture, ref options, cancel, .. } = *self;
         if !options.certify {
             return Some(run);
         }
@@ -205,7 +219,7 @@ impl<'a> Simulation<'a> {
 
     /// Tries the local model. `full`: the start in the full model.
     fn try_local(&self, full: &Start) -> Tried {
-        let Self { posture, options, .. } = *self;
+        let Self { posture, ref options, .. } = *self;
         let state = &self.start;
         let exact = auto::is_exact(posture, state);
         if !exact {

@@ -1,5 +1,6 @@
 //! The trajectory that a run returns: events, phases, and the motion at any time.
 
+use std::path::Path;
 use std::sync::OnceLock;
 
 use serde::de::Error as _;
@@ -27,6 +28,9 @@ use crate::outcome::{
 use crate::simulate::reader::Reader;
 use crate::simulate::{Simulation, simulate_local_until};
 use crate::tolerance::{CLOCK_ROUNDINGS, OUTSIDE_PROVED_BOUNDS};
+
+/// Largest number of times of [`Trajectory::sample_times`]: the motion at them takes 0.6 GB.
+pub const MOST_SAMPLES: usize = 10_000_000;
 
 /// A piece of smooth motion: between two collisions, or a whole span.
 #[derive(Debug, Clone)]
@@ -150,7 +154,7 @@ impl Question {
             (Some(posture), None, WrittenStart::Body(start)) => {
                 let excitation =
                     &Excitation { kicks: self.kicks, ground_motion: self.ground_motion };
-                let options = &self.options;
+                let options = self.options;
                 Simulation { posture, start, options, excitation, cancel }.run()?
             }
             (None, Some(model), WrittenStart::Gaps(start)) => {
@@ -326,7 +330,7 @@ impl Trajectory {
         &self.record.end.state
     }
 
-    /// Final gaps, in m.
+    /// Final gaps of the contacts of the posture, in m; a side of the body has no gap.
     #[must_use]
     pub fn gaps(&self) -> Vec<f64> {
         self.record.end.gaps.to_vec()
@@ -339,7 +343,7 @@ impl Trajectory {
         ContactSet::of_gaps(&end.gaps).with(end.sides.iter().copied())
     }
 
-    /// Final gap rates, in m/s.
+    /// Final gap rates of the contacts of the posture, in m/s; a side of the body has none.
     #[must_use]
     pub fn rates(&self) -> Vec<f64> {
         self.record.end.rates.to_vec()
@@ -568,19 +572,41 @@ impl Trajectory {
         self.reader().energy(t)
     }
 
-    /// `count` ≥ 2 times to plot the run: half of them spread over its pieces, so that they are dense where events are dense,
-    /// the others evenly spaced.
+    /// `count` equally spaced times on the clock, in s: the first is the start of the run, the last its end, exactly. A single one is the
+    /// start. See also [`sample_times`](Self::sample_times).
+    ///
+    /// ```
+    /// use standfast::{Lamina, Options, Posture, State, simulate};
+    ///
+    /// let lamina = Lamina { restitution: 0.5, gravity: 10.0, ..Lamina::default() };
+    /// let ball = Posture::disc(0.1, 0.0, &lamina)?;
+    /// let run = simulate(&ball, &State::at_rest([0.0, 5.0, 0.0]), &Options::default())?;
+    /// assert!(run.times(4).eq([0.0, 1.0, 2.0, 3.0]));
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
+    pub fn times(&self, count: usize) -> impl ExactSizeIterator<Item = f64> + use<> {
+        let (start, end, last) = (self.options.time, self.time(), count.saturating_sub(1));
+        (0..count).map(move |k| {
+            if k > 0 && k == last {
+                return end;
+            }
+            (start + (end - start) * (k as f64 / last.max(1) as f64)).clamp(start, end)
+        })
+    }
+
+    /// `count` times to plot the run, from 2 to [`MOST_SAMPLES`] of them: half of them spread over its pieces, so that they are dense where
+    /// events are dense, the others evenly spaced.
     ///
     /// # Errors
     ///
-    /// [`Error::Unusable`] if nothing was recorded or `count < 2`.
+    /// [`Error::Unusable`] if nothing was recorded, or for another `count`.
     pub fn sample_times(&self, count: usize) -> Result<Vec<f64>, Error> {
         let pieces = self.pieces()?;
-        if count < 2 {
+        if !(2..=MOST_SAMPLES).contains(&count) {
             return Err(Error::Unusable {
                 field: "n".into(),
                 value: count.to_string(),
-                allowed: "at least 2".into(),
+                allowed: format!("from 2 to {MOST_SAMPLES}"),
             });
         }
         let (start, end) = (self.options.time, self.time());
@@ -610,6 +636,26 @@ impl Trajectory {
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_else(|e| unreachable!("a run is JSON: {e}"))
+    }
+
+    /// Reads the text of [`to_json`](Self::to_json), as [`load`](Self::load) reads a file.
+    ///
+    /// ```
+    /// use standfast::{Lamina, Options, Posture, State, Trajectory, simulate};
+    ///
+    /// let rod = Posture::rod(0.5, &Lamina::default())?;
+    /// let run = simulate(&rod, &State::at_rest([0.0, 0.2, 0.1]), &Options::default())?;
+    /// assert_eq!(Trajectory::from_json(&run.to_json())?.to_json(), run.to_json());
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// [`Error::File`], as of [`load`](Self::load).
+    pub fn from_json(text: &str) -> Result<Self, Error> {
+        let run = Format::Json.read::<Question>(text).and_then(|run| run.answer(&|| false));
+        let run = run.map_err(|e| in_file(Path::new("run"), "", e))?;
+        Ok(run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
     }
 
     fn written(&self) -> Written<'_> {
@@ -659,7 +705,7 @@ impl Trajectory {
     /// # Errors
     ///
     /// [`Error::Io`] if it cannot be written.
-    pub fn save(&self, path: impl AsRef<std::path::Path>) -> Result<(), Error> {
+    pub fn save(&self, path: impl AsRef<Path>) -> Result<(), Error> {
         crate::file::write::write_whole(path.as_ref(), self.to_json().as_bytes())
     }
 
@@ -670,7 +716,7 @@ impl Trajectory {
     ///
     /// [`Error::Io`] if the file cannot be read; [`Error::File`] if it does not hold a run, or if the run differs from it: the error names
     /// the first value that does. A file of another version of this crate may differ.
-    pub fn load(path: impl AsRef<std::path::Path>) -> Result<Self, Error> {
+    pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         Self::load_until(path, &|| false)
             .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
     }
@@ -681,7 +727,7 @@ impl Trajectory {
     ///
     /// As [`load`](Self::load).
     pub fn load_until(
-        path: impl AsRef<std::path::Path>,
+        path: impl AsRef<Path>,
         cancel: &dyn Fn() -> bool,
     ) -> Result<Option<Self>, Error> {
         let path = path.as_ref();

@@ -26,7 +26,7 @@ use crate::tolerance::BOUND_MARGIN;
 type I = Interval;
 
 /// Why there is no bound.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum NoBound {
@@ -47,7 +47,7 @@ pub enum NoBound {
 }
 
 impl NoBound {
-    /// Its name in Python and in files.
+    /// Its name in files.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {

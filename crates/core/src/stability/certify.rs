@@ -92,7 +92,7 @@ pub(crate) enum Decision {
 }
 
 /// Why a posture is undecided.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum WhyUndecided {
@@ -127,7 +127,7 @@ impl WhyUndecided {
         Self::Pairs,
     ];
 
-    /// Its name in Python and in files.
+    /// Its name in files.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {

@@ -236,7 +236,7 @@ impl Images {
 }
 
 /// Why every frictionless flight ends at a Zeno point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FlightsEnd {
     /// λ = D⁻¹(g_1, g_2) > 0: the energy bounds the gaps.

@@ -8,7 +8,7 @@ use crate::stability::reduced::{CANCEL_INTERVAL, OrbitEnd, ReducedMap, ReducedSt
 use crate::tolerance::{CYCLE_REACHED, RECURRENCE, SHAPE_LOST};
 
 /// The kind of end of a clattering motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum FateKind {
     /// One contact bounces alone until it rests; the other contact is in the air.
     OneZeno,
@@ -24,7 +24,7 @@ pub enum FateKind {
 }
 
 impl FateKind {
-    /// Its name in Python.
+    /// Its name.
     #[must_use]
     pub fn as_str(self) -> &'static str {
         match self {

@@ -6,10 +6,10 @@
 //! 1. equilibrium: the centre of mass lies over the equilibrium region;
 //! 2. kinematic-strong equilibrium: no word other than FF satisfies the kinematic and the force conditions;
 //! 3. clattering convergence, condition (10) of the paper: with 2. it gives Theorem 3, frictional stability;
-//! 4. if these do not decide: Goyal's bound instead of (10), the energy where both contacts can only slide on a level (`feet.rs`), and the
-//!    corner map, in intervals.
+//! 4. if these do not decide: Goyal's bound instead of (10), the energy where both contacts can only slide on a level, and the corner map,
+//!    in intervals.
 //!
-//! With three and more contacts the energy decides most postures, see `feet.rs`.
+//! With three and more contacts the energy decides most postures: see [`Well`] and [`Evidence`].
 //!
 //! [`static_forces`] and [`friction_margin`] give the forces at rest and the reserve of friction.
 //!
@@ -64,7 +64,7 @@ use corner::{Away, CornerMap};
 shown_as_str!(Stability, Argument, WhyUndecided, NoBound, FateKind);
 
 /// Whether a body comes back to rest after any small kick.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Stability {
     /// The body comes back to rest after any sufficiently small kick.
@@ -76,7 +76,7 @@ pub enum Stability {
 }
 
 impl Stability {
-    /// Its name in Python and in files.
+    /// Its name in files.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -88,7 +88,7 @@ impl Stability {
 }
 
 /// The argument behind a verdict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Argument {
@@ -135,7 +135,7 @@ impl Argument {
         Self::Neutral,
     ];
 
-    /// Its name in Python and in files.
+    /// Its name in files.
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
@@ -275,6 +275,9 @@ enum Finding {
 }
 
 /// Verdict on the stability of a posture.
+///
+/// This is not a certificate. Certificates are made and checked by the Python package and its command line: `standfast stability SCENE
+/// --certificate FILE`, with a scene that [`Scene::save`](crate::Scene::save) has written.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Verdict {
     /// The contacts that touch. Words have a letter for each of them.
@@ -494,7 +497,7 @@ impl Verdict {
         self.by.map_or_else(reason, Argument::in_words)
     }
 
-    /// The evidence as JSON.
+    /// The evidence as JSON. This is not a certificate: see [`Verdict`].
     #[must_use]
     pub fn evidence_json(&self) -> String {
         serde_json::to_string(&self.evidence).unwrap_or_else(|e| unreachable!("it is JSON: {e}"))

@@ -75,7 +75,7 @@ pub struct ReducedStep {
 }
 
 /// Why there is no further impact in an orbit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum OrbitEnd {
     /// From now on this contact bounces alone until it rests.
     OneZeno(ContactNumber),

@@ -106,7 +106,7 @@ pub fn trials(
             }
             None => q = [0.0; 3],
         }
-        let run = Simulation::new(posture, State::new(q, qdot), &options);
+        let run = Simulation::new(posture, State::new(q, qdot), options);
         let Some(run) = (Simulation { cancel, ..run }).run()? else { return Ok(None) };
         match run.outcome() {
             Outcome::Rest => found.rest += 1,
