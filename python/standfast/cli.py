@@ -7,7 +7,7 @@ import math
 import os
 import sys
 import webbrowser
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from io import TextIOWrapper
 from json import dumps, loads
@@ -313,13 +313,15 @@ def stability(
             trials=trials,
             seed=seed,
         )
-    try:
-        _tell(verdict, f"{scene.name}\n{verdict}", json)
-    finally:
+
+    def certify() -> None:
         if certificate is not None:
             with _of(scene):
                 found = verdict.certificate()
             write_whole(certificate, f"{dumps(found, indent=1)}\n".encode())
+
+    with _also_if_closed(certify):
+        _tell(verdict, f"{scene.name}\n{verdict}", json)
     if certificate is not None:
         _report(f"wrote {certificate}", json)
 
@@ -567,13 +569,26 @@ class _Result(Protocol):
     def to_json(self, path: Path) -> None: ...
 
 
+@contextmanager
+def _also_if_closed(write: Callable[[], object]) -> Iterator[None]:
+    """Calls `write` after its block, also if the reader of standard output has closed it."""
+    try:
+        yield
+    except BrokenPipeError:
+        write()
+        raise
+    write()
+
+
 def _tell(result: _Result, report: str, json: Path | None) -> None:
     """Print a report, and write the result to the file of --json if there is one."""
-    try:
-        _report(report, json)
-    finally:  # The reader of standard output may have closed it.
+
+    def write() -> None:
         if json is not None and json != STDOUT:
             result.to_json(json)
+
+    with _also_if_closed(write):
+        _report(report, json)
     if json == STDOUT:
         _say(dumps(result.to_dict(), indent=2))
     elif json is not None:
