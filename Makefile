@@ -32,7 +32,7 @@ check: wheel
 	$(BIN)/python -m pytest -q -n 2 $(QUICK)
 
 # With the binding, so that the tests, the wheel and the documentation are built from the same dependencies.
-RUST_TESTS := cargo test -p standfast -p standfast-python --profile quick
+RUST_TESTS := cargo test -p standfast -p standfast-python -p standfast-site --profile quick
 
 # One build for all tests, with checks of overflows; then the tests in Rust and in Python side by side. The wheel that users install is
 # optimised more and has the same bits: `make bits`.
@@ -49,7 +49,6 @@ rust:
 	cargo check -p standfast --no-default-features --profile quick --quiet
 	RUSTDOCFLAGS="-D warnings" cargo doc -p standfast -p standfast-python --no-deps --profile quick --quiet
 	$(RUST_TESTS)
-	cargo test -p standfast-benches --doc --profile quick
 
 # On the wheel that is installed.
 python:

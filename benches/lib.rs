@@ -2,11 +2,6 @@
 
 pub mod harness;
 
-/// The programs of the page "In Rust". Here, because the page is not in the package of the crate.
-#[cfg(doctest)]
-#[doc = include_str!("../docs/rust.md")]
-struct InRust;
-
 use standfast::body::{LocalModel, LocalModelFields};
 
 /// The self-similar orbit below the bound of clattering convergence, with factor `c` per impact: contacts alternate,
