@@ -47,7 +47,7 @@ rust:
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --profile quick -- -D warnings
 	cargo check -p standfast --no-default-features --profile quick --quiet
-	RUSTDOCFLAGS="-D warnings" cargo doc -p standfast -p standfast-python --no-deps --profile quick --quiet
+	RUSTDOCFLAGS="-D warnings" cargo doc -p standfast --no-deps --profile quick --quiet
 	$(RUST_TESTS)
 
 # On the wheel that is installed.
