@@ -490,3 +490,14 @@ def test_only_where_it_can():
     with pytest.raises(ValueError, match=r"^certify = True"):
         sf.simulate_many(rod, (0, 1, 0), (0, 0, 0), certify=True)
     assert sf.simulate(rod, (0, 1, 0), (0, 0, 0)).enclosure is None
+
+
+def test_a_fast_spin_is_the_reason_why_bounds_end():
+    """After its first impact a uniform rod with e = 0.5 spins so fast that ω² half_length > g; with e = 0.45 it does not."""
+    for restitution, fast in ((0.45, False), (0.5, True)):
+        rod = sf.Posture.rod(half_length=0.5, restitution=restitution)
+        q = np.add(rod.touching(contact=1, theta=np.radians(10)), (0, 0.2, 0))
+        run = sf.simulate(rod, q, (0, 0, 0), model="full", certify=True)
+        omega = run.at(np.nextafter(run.impacts["time"][0], 9))[1][2]
+        assert (omega**2 * 0.5 > 9.81) == fast
+        assert run.enclosure.reason.startswith("the body spins fast") == fast
