@@ -505,7 +505,7 @@ fn undecided(outcome: Outcome, problem: &ContactProblem) -> Option<String> {
             let least = jams.iter().map(|jam| jam.critical_friction).fold(f64::INFINITY, f64::min);
             (!jams.is_empty()).then(|| {
                 format!(
-                    "{} can jam (Painlevé), which needs friction above {least:?}, and no contact mode is consistent; with jams=\"impact\", or with Poisson's or Stronge's law, the run goes on",
+                    "{} can jam (Painlevé), which needs friction above {least:?}, and no contact mode is consistent; with jams=\"impact\", or with Poisson's or Stronge's law, a run can go on",
                     names(contacts.into_iter())
                 )
             })
