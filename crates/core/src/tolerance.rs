@@ -103,6 +103,20 @@ pub(crate) const UNLOADED: f64 = 4.0 * f64::EPSILON;
 /// friction. A slide that jams ends where the rate vanishes. Range: 1e-12 to 1e-6.
 pub(crate) const JAMMED_SLIDE: f64 = 1e-9;
 
+// --- Mechanisms ---
+
+/// Difference of M_ij and M_ji up to which a mass matrix counts as symmetric; their mean is taken. Unit: the larger of M_ii, M_jj and |M_ij|.
+/// Libraries compute the two entries in different orders. A larger value would accept a wrong entry. Range: 1e-14 to 1e-9.
+pub(crate) const ASYMMETRY: f64 = 1e-12;
+
+/// Pivot of the Cholesky factor of a mass matrix at or below which the matrix counts as not positive definite. Unit: the entry of the diagonal.
+/// The pivot of a coordinate without inertia of its own has a rounding error of a few ε. Range: 1e-15 to 1e-12.
+pub(crate) const INDEFINITE: f64 = 1e-14;
+
+/// Relative difference of the accelerations of contact points up to which they count as equal: those of a mechanism that falls freely. It decides
+/// about one error message only. Range: 1e-12 to 1e-6.
+pub(crate) const EQUAL_ACCELERATIONS: f64 = 1e-9;
+
 // --- Contact modes ---
 
 /// Margin of a test of Table I within which the test counts as a tie. Unit: load.

@@ -1,10 +1,12 @@
 //! The body, its contacts and the terrain under them.
 
 pub(crate) mod contact;
+mod contact_space;
 mod drawn;
 pub(crate) mod geometry;
 pub(crate) mod ground;
 pub(crate) mod local_model;
+pub(crate) mod mechanism;
 pub(crate) mod outline;
 pub(crate) mod own_ground;
 pub(crate) mod posture;
@@ -15,8 +17,10 @@ pub(crate) mod terrain;
 
 pub use crate::tolerance::TOUCH;
 pub use contact::Contact;
+pub use contact_space::ContactSpace;
 pub use drawn::GroundPiece;
 pub use local_model::{LocalModel, LocalModelFields, LocalState};
+pub use mechanism::{ContactRows, MAX_DOF, Mechanism, MechanismFields};
 pub use posture::{GroundKind, MAX_CONTACTS, Posture, PostureFields};
 pub use shape::Lamina;
 pub use state::State;

@@ -6,6 +6,7 @@ pub(crate) mod cases;
 pub(crate) mod clock;
 pub(crate) mod collocation;
 pub(crate) mod interval;
+pub(crate) mod mass_vector;
 pub(crate) mod orientation;
 pub(crate) mod random;
 pub(crate) mod real;

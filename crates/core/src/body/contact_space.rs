@@ -1,0 +1,351 @@
+//! The dynamics of the contacts of a mechanism, whatever its number of coordinates.
+//!
+//! With R = [T; N] the rows of the contacts in the coordinates that are not locked, contact by contact (tangential, normal), and M with the
+//! armature,
+//!
+//! ```text
+//! (v̇_t, ḧ) = b + W f,    Δ(v_t, u) = W P,    W = R M⁻¹ Rᵀ,   b = R M⁻¹ load
+//! ```
+//!
+//! With M = L Lᵀ (Cholesky) and A = R L⁻ᵀ, W is A Aᵀ: the coordinates y = Lᵀq have the kinetic energy ½|ẏ|², and A are the rows in them. If
+//! there are more coordinates than A has independent rows, and more than three, only the part of y in the span of these rows is kept. The
+//! contacts do not feel the rest, the *hidden* motion, which has a constant acceleration.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::body::mechanism::MechanismFields;
+use crate::error::Error;
+use crate::math::mass_vector::{Coordinates, MassVector};
+use crate::math::simplex::maximise;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::tolerance::{DEPENDENT_ROW, EQUAL_ACCELERATIONS, INDEFINITE};
+
+/// The dynamics of the contacts of a [`Mechanism`](crate::body::Mechanism) in its posture.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactSpace {
+    w: DMatrix<f64>,
+    b: DVector<f64>,
+    rank: usize,
+    /// The coordinates that are not locked.
+    free: Vec<usize>,
+    /// M with the armature, its factor L, and the load, of these coordinates.
+    mass: DMatrix<f64>,
+    factor: DMatrix<f64>,
+    load: DVector<f64>,
+    /// A (2n, r), contact by contact (tangential, normal).
+    rows: Vec<Coordinates>,
+    /// Acceleration ÿ without contact forces.
+    pull: Coordinates,
+    /// The orthonormal directions of y that are kept; `None`: all.
+    basis: Option<DMatrix<f64>>,
+    /// The acceleration of the hidden motion, in the coordinates Lᵀq.
+    hidden: DVector<f64>,
+}
+
+impl ContactSpace {
+    /// W (2n, 2n), symmetric and positive semidefinite, contact by contact (tangential, normal); in 1/kg if the rows are those of contact
+    /// points.
+    #[must_use]
+    pub fn w(&self) -> &DMatrix<f64> {
+        &self.w
+    }
+
+    /// b (2n): accelerations of the contacts without contact forces, in the same order, in m/s².
+    #[must_use]
+    pub fn b(&self) -> &DVector<f64> {
+        &self.b
+    }
+
+    /// Rank of W: the number of independent rows among those of the contacts. 3 for a rigid body on two contacts, up to 4 for one with free
+    /// joints.
+    #[must_use]
+    pub fn rank(&self) -> usize {
+        self.rank
+    }
+
+    /// Number of contacts.
+    pub(crate) fn count(&self) -> usize {
+        self.rows.len() / 2
+    }
+
+    /// W of the normal rows of two contacts, counted from 0.
+    pub(crate) fn normal(&self, i: usize, j: usize) -> f64 {
+        self.w[(2 * i + 1, 2 * j + 1)]
+    }
+
+    /// Gravity into the ground of a contact, g_i = −b_n,i, in m/s².
+    pub(crate) fn gravity(&self, i: usize) -> f64 {
+        -self.b[2 * i + 1]
+    }
+
+    /// The coordinates that are not locked, from 0.
+    pub(crate) fn free(&self) -> &[usize] {
+        &self.free
+    }
+
+    /// M with the armature, of the coordinates that are not locked.
+    pub(crate) fn mass(&self) -> &DMatrix<f64> {
+        &self.mass
+    }
+
+    /// The load of these coordinates.
+    pub(crate) fn load(&self) -> &DVector<f64> {
+        &self.load
+    }
+
+    pub(crate) fn tangent(&self, i: usize) -> &Coordinates {
+        &self.rows[2 * i]
+    }
+
+    pub(crate) fn normal_row(&self, i: usize) -> &Coordinates {
+        &self.rows[2 * i + 1]
+    }
+
+    /// ÿ without contact forces.
+    pub(crate) fn pull(&self) -> &Coordinates {
+        &self.pull
+    }
+
+    /// Acceleration of the hidden motion, zero if there is none.
+    pub(crate) fn hidden(&self) -> &DVector<f64> {
+        &self.hidden
+    }
+
+    /// The kept coordinates y of values (a displacement or a velocity) of all coordinates q, and the hidden part.
+    pub(crate) fn split(&self, q: &[f64]) -> (Coordinates, DVector<f64>) {
+        let own = DVector::from_iterator(self.free.len(), self.free.iter().map(|&k| q[k]));
+        let mut whole = self.factor.tr_mul(&own);
+        match &self.basis {
+            None => (Coordinates::from_iter(whole.iter().copied()), DVector::zeros(own.len())),
+            Some(basis) => {
+                let kept = basis.tr_mul(&whole);
+                whole -= basis * &kept;
+                (Coordinates::from_iter(kept.iter().copied()), whole)
+            }
+        }
+    }
+
+    /// The values of the coordinates q that are not locked, from kept coordinates and the hidden part.
+    pub(crate) fn whole(&self, y: &Coordinates, hidden: &DVector<f64>) -> DVector<f64> {
+        let kept = DVector::from_iterator(y.len(), y.iter());
+        let whole = match &self.basis {
+            None => kept,
+            Some(basis) => basis * kept + hidden,
+        };
+        self.factor.tr_solve_lower_triangular(&whole).unwrap_or(whole)
+    }
+
+    /// q̈ of all coordinates, from ÿ of the kept ones.
+    pub(crate) fn acceleration(&self, dof: usize, y: &Coordinates) -> Vec<f64> {
+        let mut all = vec![0.0; dof];
+        for (&k, value) in self.free.iter().zip(self.whole(y, &self.hidden).iter()) {
+            all[k] = value.unsigned_zero();
+        }
+        all
+    }
+
+    /// Of fields whose shapes and ranges have been checked.
+    pub(crate) fn of(fields: &MechanismFields) -> Result<Self, Error> {
+        let dof = fields.load.len();
+        let free: Vec<usize> = (0..dof).filter(|k| !fields.locked.contains(k)).collect();
+        let f = free.len();
+        let armature = |k: usize| fields.armature.get(k).copied().unwrap_or(0.0);
+        let mass = DMatrix::from_fn(f, f, |i, j| {
+            let (a, b) = (free[i], free[j]);
+            let mean = 0.5 * (fields.mass_matrix[a][b] + fields.mass_matrix[b][a]);
+            if i == j { mean + armature(a) } else { mean }
+        });
+        let factor = cholesky(&mass, &free)?;
+        let load = DVector::from_iterator(f, free.iter().map(|&k| fields.load[k]));
+        let pull = solve_lower(&factor, load.iter().copied());
+        let row = |of: &[f64]| solve_lower(&factor, free.iter().map(|&k| of[k]));
+        let mut rows = Vec::with_capacity(2 * fields.contacts.len());
+        for contact in &fields.contacts {
+            rows.extend([row(&contact.tangential), row(&contact.normal)]);
+        }
+        for (i, pair) in rows.chunks_exact(2).enumerate() {
+            independent(i, pair)?;
+        }
+        let basis = span(&rows, f);
+        let rank = basis.len();
+        let mut hidden = DVector::zeros(f);
+        let (mut kept_rows, mut kept_pull, mut kept) = (rows.clone(), pull.clone(), None);
+        if f > 3 && rank < f {
+            let along =
+                |x: &Coordinates| Coordinates::from_iter(basis.iter().map(|axis| axis.dot(x)));
+            kept_rows = rows.iter().map(along).collect();
+            kept_pull = along(&pull);
+            let mut rest = pull.clone();
+            basis
+                .iter()
+                .zip(kept_pull.iter())
+                .for_each(|(axis, part)| rest.add_scaled(axis, -part));
+            // What is left of a load within the span is rounding error.
+            if rest.norm() > DEPENDENT_ROW * pull.norm() {
+                hidden = DVector::from_iterator(f, rest.iter());
+            }
+            kept = Some(DMatrix::from_iterator(f, rank, basis.iter().flat_map(Coordinates::iter)));
+        }
+        let n = kept_rows.len();
+        let mut w = DMatrix::zeros(n, n);
+        for i in 0..n {
+            for j in 0..=i {
+                let value = kept_rows[i].dot(&kept_rows[j]).unsigned_zero();
+                (w[(i, j)], w[(j, i)]) = (value, value);
+            }
+        }
+        let b = DVector::from_iterator(
+            n,
+            kept_rows.iter().map(|row| row.dot(&kept_pull).unsigned_zero()),
+        );
+        falls_down(fields, &rows, &pull, &b)?;
+        Ok(Self {
+            w,
+            b,
+            rank,
+            free,
+            mass,
+            factor,
+            load,
+            rows: kept_rows,
+            pull: kept_pull,
+            basis: kept,
+            hidden,
+        })
+    }
+}
+
+/// The factor L of M = L Lᵀ.
+fn cholesky(mass: &DMatrix<f64>, free: &[usize]) -> Result<DMatrix<f64>, Error> {
+    let f = mass.nrows();
+    let mut factor: DMatrix<f64> = DMatrix::zeros(f, f);
+    for j in 0..f {
+        for i in j..f {
+            let mut left = mass[(i, j)];
+            for k in 0..j {
+                left -= factor[(i, k)] * factor[(j, k)];
+            }
+            if i > j {
+                factor[(i, j)] = left / factor[(j, j)];
+            } else if left > INDEFINITE * mass[(j, j)] {
+                factor[(j, j)] = left.sqrt();
+            } else {
+                let least = mass.clone().symmetric_eigenvalues().min();
+                return Err(Error::Unusable {
+                    field: "mass_matrix".into(),
+                    value: format!("[matrix whose least eigenvalue is {least:?}]"),
+                    allowed: format!(
+                        "a positive definite matrix in the coordinates that are not locked; coordinate {} has no inertia of its own beside those before it",
+                        free[j]
+                    ),
+                });
+            }
+        }
+    }
+    Ok(factor)
+}
+
+/// L⁻¹ of a column.
+fn solve_lower(factor: &DMatrix<f64>, column: impl Iterator<Item = f64>) -> Coordinates {
+    let mut solved: Vec<f64> = Vec::with_capacity(factor.nrows());
+    for (i, value) in column.enumerate() {
+        let mut left = value;
+        for (k, known) in solved.iter().enumerate() {
+            left -= factor[(i, k)] * known;
+        }
+        solved.push(left / factor[(i, i)]);
+    }
+    Coordinates::from_iter(solved)
+}
+
+/// Checks that the two rows of a contact are independent.
+fn independent(contact: usize, pair: &[Coordinates]) -> Result<(), Error> {
+    let [tangent, normal] = pair else { return Ok(()) };
+    let (long, short) = (normal.norm_squared(), tangent.norm_squared());
+    let across = normal.dot(tangent);
+    // The squared sine of the angle between them.
+    let sine = 1.0 - across * across / (long * short);
+    if sine > DEPENDENT_ROW * DEPENDENT_ROW {
+        return Ok(());
+    }
+    let (field, value) = match (long > 0.0, short > 0.0) {
+        (false, _) => ("normal", "zero"),
+        (_, false) => ("tangential", "zero"),
+        _ => ("tangential", "a multiple of the normal row"),
+    };
+    Err(Error::Unusable {
+        field: format!("contacts.{}.{field}", contact + 1),
+        value: format!("[{value} in the coordinates that are not locked]"),
+        allowed: "a normal and a tangential row that are independent, so that the contact can move in both directions".into(),
+    })
+}
+
+/// Orthonormal directions that span these rows, the longest rows first, by pivoting.
+fn span(rows: &[Coordinates], dimension: usize) -> Vec<Coordinates> {
+    let mut left: Vec<(Coordinates, f64)> =
+        rows.iter().map(|row| (row.clone(), row.norm())).collect();
+    let mut basis: Vec<Coordinates> = Vec::new();
+    while basis.len() < dimension {
+        // The part of a row that is left, in units of its length.
+        let share = |(rest, length): &(Coordinates, f64)| rest.norm() / length;
+        let longest = (0..left.len()).max_by(|&i, &j| share(&left[i]).total_cmp(&share(&left[j])));
+        let Some(k) = longest.filter(|&k| share(&left[k]) > DEPENDENT_ROW) else { break };
+        let mut axis = left[k].0.scaled(1.0 / left[k].0.norm());
+        for before in &basis {
+            let part = before.dot(&axis);
+            axis.add_scaled(before, -part);
+        }
+        axis = axis.scaled(1.0 / axis.norm());
+        for (rest, _) in &mut left {
+            let part = axis.dot(rest);
+            rest.add_scaled(&axis, -part);
+        }
+        basis.push(axis);
+    }
+    basis
+}
+
+/// Refuses a load in which gravity points upwards. It lifts all contacts off; and either forces at the contacts would hold the opposite load,
+/// but not this one, or all contact points have accelerations of one size, as those of a mechanism that falls freely have.
+fn falls_down(
+    fields: &MechanismFields,
+    rows: &[Coordinates],
+    pull: &Coordinates,
+    b: &DVector<f64>,
+) -> Result<(), Error> {
+    let count = fields.contacts.len();
+    if (0..count).any(|i| b[2 * i + 1] <= 0.0) {
+        return Ok(());
+    }
+    let size = |i: usize| libm::hypot(b[2 * i], b[2 * i + 1]);
+    let equal =
+        count > 1 && (1..count).all(|i| (size(i) / size(0) - 1.0).abs() <= EQUAL_ACCELERATIONS);
+    let held = |sign: f64| {
+        let edges: Vec<Coordinates> = fields
+            .contacts
+            .iter()
+            .enumerate()
+            .flat_map(|(i, contact)| {
+                let (tangent, normal) = (&rows[2 * i], &rows[2 * i + 1]);
+                [1.0, -1.0].map(|side| normal.plus(tangent, side * contact.friction))
+            })
+            .collect();
+        let weight = pull.norm();
+        let balance: Vec<(Vec<f64>, f64)> = (0..pull.len())
+            .zip(pull.iter())
+            .map(|(k, load)| {
+                let along = |edge: &Coordinates| edge.iter().nth(k).unwrap_or(0.0);
+                (edges.iter().map(along).collect(), sign * load / weight)
+            })
+            .collect();
+        maximise(&balance, &vec![0.0; edges.len()]).is_some()
+    };
+    if !equal && (held(-1.0) || !held(1.0)) {
+        return Ok(());
+    }
+    Err(Error::Unusable {
+        field: "load".into(),
+        value: "[a load that pulls all contacts off the ground]".into(),
+        allowed: "B tau - h with gravity downwards: h is the bias of M qdd + h = B tau + J^T f, so that the load of the height of a floating base is -m g; did you mean -load?".into(),
+    })
+}

@@ -1,0 +1,114 @@
+//! Vectors of coordinates in which the kinetic energy is ½|v|²: three of them for a rigid body, any number for a mechanism.
+
+use std::fmt::Debug;
+
+use nalgebra::Vector3;
+use smallvec::SmallVec;
+
+/// A vector in the metric of the mass.
+pub(crate) trait MassVector: Clone + PartialEq + Debug {
+    /// Zero, with `len` components. A [`Vector3`] always has three.
+    fn zeros(len: usize) -> Self;
+    /// Number of components.
+    fn len(&self) -> usize;
+    fn dot(&self, other: &Self) -> f64;
+    /// Adds `other` times `factor`.
+    fn add_scaled(&mut self, other: &Self, factor: f64);
+    /// The largest component, in size.
+    fn amax(&self) -> f64;
+
+    fn scaled(&self, factor: f64) -> Self {
+        let mut product = Self::zeros(self.len());
+        product.add_scaled(self, factor);
+        product
+    }
+
+    fn plus(&self, other: &Self, factor: f64) -> Self {
+        let mut sum = self.clone();
+        sum.add_scaled(other, factor);
+        sum
+    }
+
+    fn norm_squared(&self) -> f64 {
+        self.dot(self)
+    }
+
+    fn norm(&self) -> f64 {
+        self.norm_squared().sqrt()
+    }
+}
+
+impl MassVector for Vector3<f64> {
+    fn zeros(len: usize) -> Self {
+        debug_assert!(len <= 3, "a vector of three has no room for {len} components");
+        Self::zeros()
+    }
+
+    fn len(&self) -> usize {
+        3
+    }
+
+    #[inline(always)]
+    fn dot(&self, other: &Self) -> f64 {
+        nalgebra::Vector3::dot(self, other)
+    }
+
+    #[inline(always)]
+    fn add_scaled(&mut self, other: &Self, factor: f64) {
+        *self += other * factor;
+    }
+
+    #[inline(always)]
+    fn amax(&self) -> f64 {
+        nalgebra::Vector3::amax(self)
+    }
+
+    #[inline(always)]
+    fn scaled(&self, factor: f64) -> Self {
+        self * factor
+    }
+}
+
+/// Any number of components, without allocation for up to four.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Coordinates(SmallVec<[f64; 4]>);
+
+impl Coordinates {
+    pub(crate) fn from_iter(components: impl IntoIterator<Item = f64>) -> Self {
+        Self(components.into_iter().collect())
+    }
+
+    pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
+        self.0.iter().copied()
+    }
+
+    /// Sets all components to zero.
+    pub(crate) fn clear(&mut self) {
+        self.0.fill(0.0);
+    }
+}
+
+impl MassVector for Coordinates {
+    fn zeros(len: usize) -> Self {
+        Self(SmallVec::from_elem(0.0, len))
+    }
+
+    fn len(&self) -> usize {
+        self.0.len()
+    }
+
+    #[inline]
+    fn dot(&self, other: &Self) -> f64 {
+        self.0.iter().zip(&other.0).map(|(x, y)| x * y).sum()
+    }
+
+    #[inline]
+    fn add_scaled(&mut self, other: &Self, factor: f64) {
+        self.0.iter_mut().zip(&other.0).for_each(|(x, y)| *x += y * factor);
+    }
+
+    #[inline]
+    fn amax(&self) -> f64 {
+        self.0.iter().fold(0.0, |most, x| most.max(x.abs()))
+    }
+}
