@@ -240,7 +240,8 @@ fn dot(a: &[f64; 3], b: &[f64; 3]) -> f64 {
 /// forces give.
 fn residual(fields: &ProblemFields, answer: &ModeAnswer) -> f64 {
     let metric = |a: [f64; 3]| [a[0], a[1], a[2] * fields.gyration_radius];
-    let (load, y) = (metric(fields.free_acceleration), metric(answer.acceleration));
+    let (load, y) =
+        (metric(fields.free_acceleration), metric(answer.acceleration[..].try_into().unwrap()));
     let mut newton = [0, 1, 2].map(|k| y[k] - load[k]);
     let mut scale = load.iter().fold(0.0_f64, |most, a| most.max(a.abs()));
     let mut worst = 0.0_f64;

@@ -16,6 +16,13 @@ pub(crate) trait MassVector: Clone + PartialEq + Debug {
     fn add_scaled(&mut self, other: &Self, factor: f64);
     /// The largest component, in size.
     fn amax(&self) -> f64;
+    /// Each component divided by `by`. With the reciprocal of `by` it would be rounded twice.
+    fn divided(&self, by: f64) -> Self;
+    fn components(&self) -> impl ExactSizeIterator<Item = f64> + '_;
+    /// These components, then zeros up to `len`.
+    fn of(len: usize, components: impl IntoIterator<Item = f64>) -> Self;
+    /// The vector product, which three components have.
+    fn cross(&self, other: &Self) -> Option<Self>;
 
     fn scaled(&self, factor: f64) -> Self {
         let mut product = Self::zeros(self.len());
@@ -64,8 +71,33 @@ impl MassVector for Vector3<f64> {
     }
 
     #[inline(always)]
+    fn divided(&self, by: f64) -> Self {
+        self / by
+    }
+
+    fn components(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
+        self.iter().copied()
+    }
+
+    fn of(len: usize, components: impl IntoIterator<Item = f64>) -> Self {
+        let mut all = <Self as MassVector>::zeros(len);
+        all.iter_mut().zip(components).for_each(|(to, from)| *to = from);
+        all
+    }
+
+    #[inline(always)]
+    fn cross(&self, other: &Self) -> Option<Self> {
+        Some(nalgebra::Vector3::cross(self, other))
+    }
+
+    #[inline(always)]
     fn scaled(&self, factor: f64) -> Self {
         self * factor
+    }
+
+    #[inline(always)]
+    fn plus(&self, other: &Self, factor: f64) -> Self {
+        self + other * factor
     }
 }
 
@@ -110,5 +142,23 @@ impl MassVector for Coordinates {
     #[inline]
     fn amax(&self) -> f64 {
         self.0.iter().fold(0.0, |most, x| most.max(x.abs()))
+    }
+
+    fn divided(&self, by: f64) -> Self {
+        Self(self.0.iter().map(|x| x / by).collect())
+    }
+
+    fn components(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
+        self.0.iter().copied()
+    }
+
+    fn of(len: usize, components: impl IntoIterator<Item = f64>) -> Self {
+        let mut all = Self::zeros(len);
+        all.0.iter_mut().zip(components).for_each(|(to, from)| *to = from);
+        all
+    }
+
+    fn cross(&self, _: &Self) -> Option<Self> {
+        None
     }
 }

@@ -4,7 +4,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::modes::problem::Row;
+use crate::math::mass_vector::MassVector;
+use crate::modes::rows::Row;
 use crate::modes::words::{Mode, Word};
 use crate::outcome::ContactNumber;
 use crate::serial::numbers::AnyNumber;
@@ -90,8 +91,8 @@ impl Margin {
 
 /// The tests of a contact in a mode with their margins, for its scaled acceleration (tangential, normal) and its scaled force.
 #[inline(always)]
-pub(super) fn test(
-    row: &Row,
+pub(super) fn test<V: MassVector>(
+    row: &Row<V>,
     mode: Mode,
     tangential: impl FnOnce() -> f64,
     normal: impl FnOnce() -> f64,
@@ -144,8 +145,9 @@ pub enum Forces {
 pub struct ModeAnswer {
     /// The word.
     pub word: Word,
-    /// q̈ = (ẍ, ÿ, θ̈), in m/s² and rad/s² (impulse level: the velocity after, in m/s and rad/s).
-    pub acceleration: [f64; 3],
+    /// q̈: of a body (ẍ, ÿ, θ̈), in m/s² and rad/s² (impulse level: the velocity after, in m/s and rad/s); of a mechanism those of all its
+    /// coordinates.
+    pub acceleration: Vec<f64>,
     /// (f_t, f_n) by contact, in N (impulse level: N s). For a consistent word with a family of forces: the one with
     /// the smallest Σ|f|² (without the feature `qp` and with three or more contacts: any of the family).
     pub forces: Vec<[f64; 2]>,
@@ -153,7 +155,8 @@ pub struct ModeAnswer {
     pub determined: Forces,
     /// Two fixed contacts: the range of the internal force (f_1 − f_2)·e/2, e the unit vector from contact 1 to
     /// contact 2, in N; ±∞ where friction allows any. Adding τ(e, −e) to the forces of the contacts does not
-    /// change the motion.
+    /// change the motion. Of a mechanism, where there is an internal force: the range of τ, with (e, −e) the forces that cause no motion,
+    /// (f_t,1, f_n,1, f_t,2, f_n,2), of which the sum of squares is 2 and the first that is not zero is positive.
     pub force_interval: Option<[f64; 2]>,
     /// All tests, contact by contact; for a family of forces, with the forces of the largest margins.
     pub margins: Vec<Margin>,
@@ -196,7 +199,7 @@ impl ModeAnswer {
 #[derive(Serialize, Deserialize)]
 struct Written {
     word: Word,
-    acceleration: [AnyNumber; 3],
+    acceleration: Vec<AnyNumber>,
     forces: Vec<[AnyNumber; 2]>,
     determined: Forces,
     force_interval: Option<[AnyNumber; 2]>,
@@ -209,7 +212,7 @@ impl From<ModeAnswer> for Written {
     fn from(a: ModeAnswer) -> Self {
         Self {
             word: a.word,
-            acceleration: a.acceleration.map(Into::into),
+            acceleration: a.acceleration.into_iter().map(Into::into).collect(),
             forces: a.forces.into_iter().map(|force| force.map(Into::into)).collect(),
             determined: a.determined,
             force_interval: a.force_interval.map(|ends| ends.map(Into::into)),
@@ -224,7 +227,7 @@ impl From<Written> for ModeAnswer {
     fn from(w: Written) -> Self {
         Self {
             word: w.word,
-            acceleration: w.acceleration.map(Into::into),
+            acceleration: w.acceleration.into_iter().map(Into::into).collect(),
             forces: w.forces.into_iter().map(|force| force.map(Into::into)).collect(),
             determined: w.determined,
             force_interval: w.force_interval.map(|ends| ends.map(Into::into)),

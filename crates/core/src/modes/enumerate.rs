@@ -2,91 +2,97 @@
 //!
 //! An acceleration belongs to at most one word, because the signs of its components at the contacts determine each letter.
 //! The candidates are therefore not all 4ⁿ words but the cells of the flats of the arrangement of contact rows. A flat is a subspace
-//! on which up to three rows vanish, and with them each row that depends on these. Each contact that stays closed on a flat and may
-//! slide in both directions divides it in two, and each cell is one word. In the plane this gives O(n³) words; two contacts at rest
-//! in general position have ten.
+//! on which some normal rows vanish, and tangential rows of contacts that stay closed on it, and with them each row that depends on these.
+//! Each contact that stays closed on a flat and may slide in both directions divides it in two, and each cell is one word. For a body, with
+//! three coordinates, this gives O(n³) words; two contacts at rest in general position have ten. With r coordinates it gives O(nʳ), at most 4ⁿ.
 
-use std::collections::BTreeSet;
+use smallvec::{SmallVec, smallvec};
 
-use nalgebra::Vector3;
-
+use crate::math::mass_vector::MassVector;
 use crate::modes::answer::{Condition, Forces, Margin, ModeAnswer};
-use crate::modes::flats::{Flat, Plane, normal, tangent};
+use crate::modes::flats::{Flat, Plane, Words, normal, tangent};
 use crate::modes::judge::judge;
-use crate::modes::problem::{ContactProblem, Row};
+use crate::modes::rows::{Problem, Row};
 use crate::modes::words::{Mode, Word};
 use crate::modes::{hyperstatic, pair};
 use crate::outcome::ContactNumber;
 use crate::tolerance::{DEPENDENT_ROW, FIXED_ACCELERATION};
 
-/// All words that the state of the contacts allows, each solved.
-pub(super) fn enumerate(problem: &ContactProblem) -> Vec<ModeAnswer> {
-    let rows = problem.rows();
-    let mut words = BTreeSet::new();
-    let mut still = false;
-    let mut visit = |flat: &Flat| {
+/// Largest number of words, and of flats, that are enumerated for more than three coordinates: those of eight contacts that move
+/// independently. Their answers take 0.1 GB.
+const MOST_WORDS: usize = 1 << 16;
+
+/// All words that the state of the contacts allows, each solved; `None` if there may be more than [`MOST_WORDS`].
+pub(super) fn enumerate<P: Problem>(problem: &P) -> Option<Vec<ModeAnswer>> {
+    let (rows, coordinates) = (problem.rows(), problem.load().len());
+    let most = if coordinates > 3 { MOST_WORDS } else { usize::MAX };
+    let mut flats = Flats { rows, words: Words::at_most(most), left: most, still: false };
+    let all = Flat::everything(coordinates);
+    let enough = flats.visit(&all) && flats.close(&all, 0);
+    enough.then(|| flats.words.into_iter().map(|word| solve(problem, word)).collect())
+}
+
+/// The flats, each visited once for each basis among its rows in their order.
+struct Flats<'a, V: MassVector> {
+    rows: &'a [Row<V>],
+    words: Words,
+    /// How many more may be visited.
+    left: usize,
+    /// Whether the flat that is the origin alone has been visited.
+    still: bool,
+}
+
+impl<V: MassVector> Flats<'_, V> {
+    /// Takes the words of a flat. Returns whether to go on.
+    fn visit(&mut self, flat: &Flat<V>) -> bool {
         // Without bias all flats that are points are equal.
-        let is_origin = flat.rank == 3 && flat.point == Vector3::zeros();
-        if !(is_origin && still) {
-            flat.words(rows, &mut words);
+        let is_origin = flat.is_point() && flat.point.amax() == 0.0;
+        if !(is_origin && self.still) {
+            flat.words(self.rows, &mut self.words);
         }
-        still |= is_origin;
-    };
-    let flat = Flat::everything();
-    visit(&flat);
-    for i in (0..rows.len()).filter(|&i| rows[i].sliding.is_some()) {
-        let Some(one) = flat.with(normal(&rows[i])) else { continue };
-        visit(&one);
-        let fixed = |flat: &Flat, k: usize| {
-            (rows[k].sliding == Some(0)).then(|| flat.with(tangent(&rows[k]))).flatten()
-        };
-        if let Some(two) = fixed(&one, i) {
-            visit(&two);
-            for j in (0..rows.len()).filter(|&j| j != i && rows[j].sliding.is_some()) {
-                if let Some(three) = two.with(normal(&rows[j])) {
-                    visit(&three);
-                }
-                if one.holds(&rows[j])
-                    && let Some(three) = fixed(&two, j)
-                {
-                    visit(&three);
-                }
-            }
-        }
-        for j in (i + 1..rows.len()).filter(|&j| rows[j].sliding.is_some()) {
-            let Some(two) = one.with(normal(&rows[j])) else { continue };
-            visit(&two);
-            for k in (0..rows.len()).filter(|&k| rows[k].sliding.is_some()) {
-                if k > j
-                    && let Some(three) = two.with(normal(&rows[k]))
-                {
-                    visit(&three);
-                }
-                if k != i
-                    && k != j
-                    && two.holds(&rows[k])
-                    && let Some(three) = fixed(&two, k)
-                {
-                    visit(&three);
-                }
-            }
-        }
+        self.still |= is_origin;
+        let goes_on = self.left > 0 && !self.words.full;
+        self.left = self.left.saturating_sub(1);
+        goes_on
     }
-    words.into_iter().map(|word| solve(problem, word)).collect()
+
+    /// The flats within this one on which a contact from `first` on is closed, too, and those on which contacts are fixed.
+    fn close(&mut self, flat: &Flat<V>, first: usize) -> bool {
+        (first..self.rows.len()).all(|i| {
+            self.rows[i].sliding.is_none()
+                || flat
+                    .with(normal(&self.rows[i]))
+                    .is_none_or(|cut| self.visit(&cut) && self.close(&cut, i + 1))
+        }) && (flat.rank() == 0 || self.fix(flat, &self.held(flat)))
+    }
+
+    /// The contacts at rest that stay closed on all of the flat.
+    fn held(&self, flat: &Flat<V>) -> SmallVec<[usize; 8]> {
+        let rows = self.rows.iter().enumerate();
+        rows.filter(|(_, row)| row.sliding == Some(0) && flat.holds(row)).map(|(i, _)| i).collect()
+    }
+
+    /// The flats within this one on which some of these contacts are fixed.
+    fn fix(&mut self, flat: &Flat<V>, held: &[usize]) -> bool {
+        held.iter().enumerate().all(|(k, &i)| {
+            flat.with(tangent(&self.rows[i]))
+                .is_none_or(|cut| self.visit(&cut) && self.fix(&cut, &held[k + 1..]))
+        })
+    }
 }
 
 /// The equations of a word and the forces that act: one row per unknown force.
-struct Equations {
+struct Equations<'a, V: MassVector> {
     /// Row and bias that vanish, for each unknown.
-    planes: Vec<Plane>,
+    planes: Vec<Plane<'a, V>>,
     /// Direction of the unknown force.
-    directions: Vec<Vector3<f64>>,
+    directions: Vec<V>,
     /// Contact of the unknown, and whether the unknown is a tangential force independent of the normal force.
     owner: Vec<(usize, bool)>,
 }
 
-impl Equations {
-    fn of(rows: &[Row], word: Word) -> Self {
+impl<'a, V: MassVector> Equations<'a, V> {
+    fn of(rows: &'a [Row<V>], word: Word) -> Self {
         let unknowns = word.modes().map(|mode| match mode {
             Mode::Separate => 0,
             Mode::Fixed => 2,
@@ -104,11 +110,11 @@ impl Equations {
             }
             let row = &rows[i];
             all.planes.push(normal(row));
-            all.directions.push(row.normal - row.tangent * (mode.direction() * row.friction));
+            all.directions.push(row.normal.plus(&row.tangent, -(mode.direction() * row.friction)));
             all.owner.push((i, false));
             if mode == Mode::Fixed {
                 all.planes.push(tangent(row));
-                all.directions.push(row.tangent);
+                all.directions.push(row.tangent.clone());
                 all.owner.push((i, true));
             }
         }
@@ -117,11 +123,11 @@ impl Equations {
 }
 
 /// Solves the word in its own system.
-pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
+pub(super) fn solve<P: Problem>(problem: &P, word: Word) -> ModeAnswer {
     let (rows, load) = (problem.rows(), problem.load());
     let equations = Equations::of(rows, word);
     let n = equations.planes.len();
-    let mut flat = Flat::everything();
+    let mut flat = Flat::everything(load.len());
     let mut dependent = Vec::new();
     for (plane, owner) in equations.planes.iter().zip(&equations.owner) {
         if let Some(cut) = flat.with(*plane) {
@@ -130,9 +136,9 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
             dependent.push((*plane, *owner));
         }
     }
-    let square = n == flat.rank;
-    if square && let Some(unknown) = isostatic(&equations, &load) {
-        let (y, forces) = act(rows, &load, &equations, word, &unknown[..n]);
+    let square = n == flat.rank();
+    if square && let Some(unknown) = isostatic(&equations, load) {
+        let (y, forces) = act(rows, load, &equations, word, &unknown);
         return judge(problem, word, &y, &forces, Forces::Unique);
     }
     let ties: Vec<Margin> = dependent
@@ -146,7 +152,7 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
         .collect();
     let mut answer = match equations.owner[..] {
         [(i, false), (_, true), (j, false), (_, true)]
-            if flat.rank == 3 && ties.iter().all(Margin::holds) =>
+            if flat.rank() == 3 && ties.iter().all(Margin::holds) =>
         {
             pair::both_fixed(problem, word, &flat.point, [i, j])
         }
@@ -163,51 +169,56 @@ pub(super) fn solve(problem: &ContactProblem, word: Word) -> ModeAnswer {
 
 /// As many unknown forces as independent rows: Gaussian elimination with pivoting; `None` where the friction
 /// matrix row_k·direction_l is singular.
-fn isostatic(equations: &Equations, load: &Vector3<f64>) -> Option<[f64; 3]> {
+fn isostatic<V: MassVector>(equations: &Equations<'_, V>, load: &V) -> Option<SmallVec<[f64; 3]>> {
     let n = equations.planes.len();
-    let mut m = [[0.0; 4]; 3];
+    // Rows of n coefficients and the right-hand side.
+    let width = n + 1;
+    let mut m: SmallVec<[f64; 12]> = smallvec![0.0; n * width];
     for (k, (row, bias)) in equations.planes.iter().enumerate() {
         for (l, direction) in equations.directions.iter().enumerate() {
-            m[k][l] = row.dot(direction);
+            m[k * width + l] = row.dot(direction);
         }
-        m[k][3] = -(row.dot(load) + bias);
+        m[k * width + n] = -(row.dot(load) + bias);
     }
     let size = equations.directions.iter().map(|d| d.amax()).fold(1.0, f64::max);
     for k in 0..n {
-        let pivot = (k..n).max_by(|&i, &j| m[i][k].abs().total_cmp(&m[j][k].abs()))?;
-        if m[pivot][k].abs() <= DEPENDENT_ROW * size {
+        let entry = |i: usize| m[i * width + k].abs();
+        let pivot = (k..n).max_by(|&i, &j| entry(i).total_cmp(&entry(j)))?;
+        if entry(pivot) <= DEPENDENT_ROW * size {
             return None;
         }
-        m.swap(k, pivot);
+        if pivot != k {
+            (0..width).for_each(|l| m.swap(k * width + l, pivot * width + l));
+        }
         for i in k + 1..n {
-            let factor = m[i][k] / m[k][k];
-            for l in k..4 {
-                m[i][l] -= factor * m[k][l];
+            let factor = m[i * width + k] / m[k * width + k];
+            for l in k..width {
+                m[i * width + l] -= factor * m[k * width + l];
             }
         }
     }
-    let mut x = [0.0; 3];
+    let mut x: SmallVec<[f64; 3]> = smallvec![0.0; n];
     for k in (0..n).rev() {
-        let known: f64 = (k + 1..n).map(|l| m[k][l] * x[l]).sum();
-        x[k] = (m[k][3] - known) / m[k][k];
+        let known: f64 = (k + 1..n).map(|l| m[k * width + l] * x[l]).sum();
+        x[k] = (m[k * width + n] - known) / m[k * width + k];
     }
     Some(x)
 }
 
 /// The acceleration, and the forces by contact, of these unknowns.
-fn act(
-    rows: &[Row],
-    load: &Vector3<f64>,
-    equations: &Equations,
+fn act<V: MassVector>(
+    rows: &[Row<V>],
+    load: &V,
+    equations: &Equations<'_, V>,
     word: Word,
     unknown: &[f64],
-) -> (Vector3<f64>, Vec<[f64; 2]>) {
-    let mut y = *load;
+) -> (V, Vec<[f64; 2]>) {
+    let mut y = load.clone();
     let mut forces = vec![[0.0; 2]; rows.len()];
     for ((&(i, tangential), direction), &f) in
         equations.owner.iter().zip(&equations.directions).zip(unknown)
     {
-        y += direction * f;
+        y.add_scaled(direction, f);
         if tangential {
             forces[i][0] = f;
         } else {

@@ -2,30 +2,58 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::Vector3;
+use smallvec::SmallVec;
 
+use crate::math::mass_vector::MassVector;
+use crate::math::simplex::maximise;
 use crate::modes::answer::is_doubtful;
-use crate::modes::problem::Row;
+use crate::modes::rows::Row;
 use crate::modes::words::{Mode, Word};
 use crate::tolerance::{DEPENDENT_ROW, FIXED_ACCELERATION, TIE};
 
 /// A row and its bias: it vanishes where row·y + bias = 0.
-pub(super) type Plane = (Vector3<f64>, f64);
+pub(super) type Plane<'a, V> = (&'a V, f64);
 
-pub(super) fn normal(row: &Row) -> Plane {
-    (row.normal, row.bias[1])
+pub(super) fn normal<V: MassVector>(row: &Row<V>) -> Plane<'_, V> {
+    (&row.normal, row.bias[1])
 }
 
-pub(super) fn tangent(row: &Row) -> Plane {
-    (row.tangent, row.bias[0])
+pub(super) fn tangent<V: MassVector>(row: &Row<V>) -> Plane<'_, V> {
+    (&row.tangent, row.bias[0])
+}
+
+/// Words, at most so many.
+pub(super) struct Words {
+    found: BTreeSet<Word>,
+    most: usize,
+    /// Whether there are more.
+    pub(super) full: bool,
+}
+
+impl Words {
+    pub(super) fn at_most(most: usize) -> Self {
+        Self { found: BTreeSet::new(), most, full: false }
+    }
+
+    /// Whether there is room for more.
+    fn add(&mut self, word: Word) -> bool {
+        self.full |= self.found.len() >= self.most;
+        if !self.full {
+            self.found.insert(word);
+        }
+        !self.full
+    }
+
+    pub(super) fn into_iter(self) -> impl Iterator<Item = Word> {
+        self.found.into_iter()
+    }
 }
 
 /// The set of accelerations on which some rows vanish: a point of it and an orthonormal basis of those rows.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Flat {
-    pub(super) point: Vector3<f64>,
-    rows: [Vector3<f64>; 3],
-    pub(super) rank: usize,
+#[derive(Debug, Clone)]
+pub(super) struct Flat<V: MassVector> {
+    pub(super) point: V,
+    rows: SmallVec<[V; 3]>,
 }
 
 /// The values of a row on a flat.
@@ -34,42 +62,54 @@ enum On {
     Free,
 }
 
-impl Flat {
-    pub(super) fn everything() -> Self {
-        Self { point: Vector3::zeros(), rows: [Vector3::zeros(); 3], rank: 0 }
+impl<V: MassVector> Flat<V> {
+    /// All accelerations of so many coordinates.
+    pub(super) fn everything(coordinates: usize) -> Self {
+        Self { point: V::zeros(coordinates), rows: SmallVec::new() }
+    }
+
+    /// Number of independent rows.
+    pub(super) fn rank(&self) -> usize {
+        self.rows.len()
+    }
+
+    pub(super) fn is_point(&self) -> bool {
+        self.rank() == self.point.len()
     }
 
     /// The part of `row` along the flat.
-    fn along(&self, row: &Vector3<f64>) -> Vector3<f64> {
-        let mut rest = *row;
-        for basis in &self.rows[..self.rank] {
-            rest -= basis * basis.dot(&rest);
+    #[inline]
+    fn along(&self, row: &V) -> V {
+        let mut rest = row.clone();
+        for basis in &self.rows {
+            let part = basis.dot(&rest);
+            rest.add_scaled(basis, -part);
         }
         rest
     }
 
     /// The intersection of this plane with the flat; `None` if it depends on the rows of the flat.
-    pub(super) fn with(&self, (row, bias): Plane) -> Option<Self> {
-        let rest = self.along(&row);
+    pub(super) fn with(&self, (row, bias): Plane<'_, V>) -> Option<Self> {
+        let rest = self.along(row);
         let length = rest.norm();
-        if self.rank == 3 || length <= DEPENDENT_ROW {
+        if self.is_point() || length <= DEPENDENT_ROW {
             return None;
         }
-        let mut cut = *self;
-        let direction = self.along(&(rest / length)).normalize();
-        cut.point -= direction * ((row.dot(&self.point) + bias) / row.dot(&direction));
-        cut.rows[self.rank] = direction;
-        cut.rank += 1;
+        let mut cut = self.clone();
+        let direction = self.along(&rest.divided(length));
+        let direction = direction.divided(direction.norm());
+        cut.point.add_scaled(&direction, -((row.dot(&self.point) + bias) / row.dot(&direction)));
+        cut.rows.push(direction);
         Some(cut)
     }
 
     /// Orthonormal rows that vanish exactly on the flat.
-    pub(super) fn planes(&self) -> Vec<Plane> {
-        self.rows[..self.rank].iter().map(|row| (*row, -row.dot(&self.point))).collect()
+    pub(super) fn planes(&self) -> Vec<Plane<'_, V>> {
+        self.rows.iter().map(|row| (row, -row.dot(&self.point))).collect()
     }
 
-    fn value(&self, (row, bias): Plane) -> On {
-        if self.along(&row).norm_squared() > DEPENDENT_ROW * DEPENDENT_ROW {
+    fn value(&self, (row, bias): Plane<'_, V>) -> On {
+        if self.along(row).norm_squared() > DEPENDENT_ROW * DEPENDENT_ROW {
             On::Free
         } else {
             On::Constant(row.dot(&self.point) + bias)
@@ -77,27 +117,27 @@ impl Flat {
     }
 
     /// Whether the contact stays closed on all of the flat.
-    pub(super) fn holds(&self, row: &Row) -> bool {
+    pub(super) fn holds(&self, row: &Row<V>) -> bool {
         matches!(self.value(normal(row)), On::Constant(value) if value.abs() <= TIE)
     }
 
     /// Adds the words of the cells of this flat. If an acceleration is a tie, adds both the words in which it counts as zero and the words
     /// that its sign gives.
-    pub(super) fn words(&self, rows: &[Row], words: &mut BTreeSet<Word>) {
+    pub(super) fn words(&self, rows: &[Row<V>], words: &mut Words) {
         if self.words_above(TIE, rows, words) {
             self.words_above(FIXED_ACCELERATION, rows, words);
         }
     }
 
     /// Adds the words of the cells if accelerations up to `zero` count as zero. Returns whether one of the accelerations is a tie.
-    fn words_above(&self, zero: f64, rows: &[Row], words: &mut BTreeSet<Word>) -> bool {
+    fn words_above(&self, zero: f64, rows: &[Row<V>], words: &mut Words) -> bool {
         let mut doubtful = false;
         let mut constant = |value: f64| {
             doubtful |= is_doubtful(value);
             if value.abs() <= zero { 0.0 } else { value }
         };
         let mut word = Word::separate(rows.len());
-        let mut undecided: Vec<(usize, Plane)> = Vec::new();
+        let mut undecided: Vec<(usize, Plane<'_, V>)> = Vec::new();
         for (i, row) in rows.iter().enumerate() {
             if row.sliding.is_none() {
                 continue;
@@ -133,27 +173,29 @@ impl Flat {
             let letters = undecided.iter().zip(signs).fold(word, |word, ((i, _), right)| {
                 word.with(*i, if *right { Mode::Right } else { Mode::Left })
             });
-            words.insert(letters);
+            words.add(letters)
         });
         doubtful
     }
 
-    /// The sign patterns of these planes on the open cells into which they divide the flat.
-    fn cells(&self, planes: &[(usize, Plane)], found: &mut impl FnMut(&[bool])) {
+    /// The sign patterns of these planes on the open cells into which they divide the flat, until `found` returns false.
+    fn cells(&self, planes: &[(usize, Plane<'_, V>)], found: &mut impl FnMut(&[bool]) -> bool) {
         match planes {
-            [] => found(&[]),
-            [_] => {
-                found(&[false]);
-                found(&[true]);
+            [] => {
+                found(&[]);
             }
-            _ => {
+            [_] => {
+                let _ = found(&[false]) && found(&[true]);
+            }
+            // In three dimensions, where there is a vector product.
+            _ if self.point.cross(&self.point).is_some() => {
                 // Each cell has a side on one of the planes, unless all planes are equal.
                 let mut signs = vec![false; planes.len()];
                 for &(_, plane) in planes {
                     let Some(side) = self.with(plane) else { continue };
                     side.inner_points(planes, &mut |point| {
                         for away in [-1.0, 1.0] {
-                            let across = side.rows[self.rank] * away;
+                            let across = side.rows[self.rank()].scaled(away);
                             for (sign, (_, (row, bias))) in signs.iter_mut().zip(planes) {
                                 let value = row.dot(point) + bias;
                                 *sign = if value.abs() > TIE {
@@ -167,15 +209,16 @@ impl Flat {
                     });
                 }
             }
+            _ => self.many_cells(planes, found),
         }
     }
 
-    /// One point of each open piece into which the planes divide this flat, which is a line or a point.
-    fn inner_points(&self, planes: &[(usize, Plane)], found: &mut impl FnMut(&Vector3<f64>)) {
-        if self.rank == 3 {
+    /// One point of each open piece into which the planes divide this flat, which is a line or a point in three dimensions.
+    fn inner_points(&self, planes: &[(usize, Plane<'_, V>)], found: &mut impl FnMut(&V)) {
+        if self.is_point() {
             return found(&self.point);
         }
-        let direction = self.rows[0].cross(&self.rows[1]);
+        let Some(direction) = self.rows[0].cross(&self.rows[1]) else { return };
         let mut cuts: Vec<f64> = planes
             .iter()
             .filter(|(_, (row, _))| row.dot(&direction).abs() > DEPENDENT_ROW)
@@ -183,7 +226,7 @@ impl Flat {
             .collect();
         cuts.sort_by(f64::total_cmp);
         cuts.dedup_by(|a, b| (*a - *b).abs() <= TIE * (1.0 + b.abs()));
-        let mut at = |s: f64| found(&(self.point + direction * s));
+        let mut at = |s: f64| found(&self.point.plus(&direction, s));
         match (cuts.first(), cuts.last()) {
             (Some(first), Some(last)) => {
                 at(first - 1.0);
@@ -193,4 +236,76 @@ impl Flat {
             _ => at(0.0),
         }
     }
+
+    /// [`cells`](Self::cells) in any dimension: the signs are chosen one after the other. Planes that are independent on the flat have all
+    /// patterns; for further planes a linear programme tells whether a cell has an interior.
+    fn many_cells(
+        &self,
+        planes: &[(usize, Plane<'_, V>)],
+        found: &mut impl FnMut(&[bool]) -> bool,
+    ) {
+        let mut span = self.clone();
+        let mut independent = 0;
+        for (k, (_, plane)) in planes.iter().enumerate() {
+            let Some(cut) = span.with((plane.0, 0.0)) else { continue };
+            span = cut;
+            independent += usize::from(independent == k);
+        }
+        // Value and slopes of each plane along the new directions, with slopes of length one.
+        let sides: Vec<(f64, Vec<f64>)> = planes
+            .iter()
+            .map(|(_, (row, bias))| {
+                let length = self.along(row).norm();
+                let slopes = span.rows[self.rank()..].iter().map(|axis| axis.dot(row) / length);
+                ((row.dot(&self.point) + bias) / length, slopes.collect())
+            })
+            .collect();
+        let mut signs = Vec::with_capacity(planes.len());
+        choose(&sides, independent, &mut signs, found);
+    }
+}
+
+/// Adds signs to `signs` in every way that leaves an open cell. Returns whether to go on.
+fn choose(
+    sides: &[(f64, Vec<f64>)],
+    independent: usize,
+    signs: &mut Vec<bool>,
+    found: &mut impl FnMut(&[bool]) -> bool,
+) -> bool {
+    if signs.len() == sides.len() {
+        return found(signs);
+    }
+    for sign in [false, true] {
+        signs.push(sign);
+        let goes_on = (signs.len() > independent && !is_open(sides, signs))
+            || choose(sides, independent, signs, found);
+        signs.pop();
+        if !goes_on {
+            return false;
+        }
+    }
+    true
+}
+
+/// Whether a point has these signs on the first sides, by more than a tie.
+fn is_open(sides: &[(f64, Vec<f64>)], signs: &[bool]) -> bool {
+    // max t with sign·(value + slopes·z) ≥ t and t ≤ 1. Variables: z as the difference of two, t, a slack for each row.
+    let axes = sides[0].1.len();
+    let width = 2 * axes + 1 + signs.len() + 1;
+    let mut programme: Vec<(Vec<f64>, f64)> = Vec::with_capacity(signs.len() + 1);
+    for (k, ((value, slopes), positive)) in sides.iter().zip(signs).enumerate() {
+        let sign = if *positive { 1.0 } else { -1.0 };
+        let mut a = vec![0.0; width];
+        for (axis, slope) in slopes.iter().enumerate() {
+            (a[2 * axis], a[2 * axis + 1]) = (sign * slope, -sign * slope);
+        }
+        (a[2 * axes], a[2 * axes + 1 + k]) = (-1.0, -1.0);
+        programme.push((a, -sign * value));
+    }
+    let mut cap = vec![0.0; width];
+    (cap[2 * axes], cap[width - 1]) = (1.0, 1.0);
+    programme.push((cap, 1.0));
+    let mut objective = vec![0.0; width];
+    objective[2 * axes] = 1.0;
+    maximise(&programme, &objective).is_some_and(|x| x[2 * axes] > TIE)
 }

@@ -4,30 +4,29 @@
 //! a sliding one. A small linear programme finds the largest t such that all weights and all margins of strict tests are at least
 //! t; the word is consistent if this t is large enough. For a consistent word the smallest force is reported.
 
-use nalgebra::Vector3;
-
+use crate::math::mass_vector::MassVector;
 use crate::math::simplex::maximise;
 use crate::modes::answer::{Forces, ModeAnswer};
 use crate::modes::flats::{Flat, Plane};
 use crate::modes::judge::judge;
-use crate::modes::problem::ContactProblem;
+use crate::modes::rows::Problem;
 use crate::modes::words::{Mode, Word};
 use crate::tolerance::{DEPENDENT_ROW, TIE};
 
 /// A generator of the friction cone of a contact: its direction, and the force (tangential, normal) of weight one.
-struct Generator {
+struct Generator<V> {
     contact: usize,
-    direction: Vector3<f64>,
+    direction: V,
     force: [f64; 2],
 }
 
 /// Solves a word. `planes`: the rows that the word keeps at zero; `independent`: an orthonormal basis of them. If there are as many rows as
 /// basis vectors, the rows are independent, and only friction can make the system singular.
-pub(super) fn solve(
-    problem: &ContactProblem,
+pub(super) fn solve<P: Problem>(
+    problem: &P,
     word: Word,
-    planes: &[Plane],
-    independent: &[Plane],
+    planes: &[Plane<'_, P::V>],
+    independent: &[Plane<'_, P::V>],
 ) -> ModeAnswer {
     let (rows, load) = (problem.rows(), problem.load());
     let generators: Vec<_> = word
@@ -45,7 +44,7 @@ pub(super) fn solve(
             let share = 1.0 / edges.len().max(1) as f64;
             edges.iter().map(move |side| {
                 let force = [side * row.friction * share, share];
-                let direction = row.tangent * force[0] + row.normal * force[1];
+                let direction = row.tangent.scaled(force[0]).plus(&row.normal, force[1]);
                 Generator { contact: i, direction, force }
             })
         })
@@ -53,19 +52,19 @@ pub(super) fn solve(
 
     // Variables: weights above t, t as the difference of two, one slack per strict test and one for t ≤ 1.
     let n = generators.len();
-    let strict: Vec<(Vector3<f64>, f64)> = word
+    let strict: Vec<(P::V, f64)> = word
         .modes()
         .enumerate()
         .filter_map(|(i, mode)| match (mode, rows[i].sliding) {
             (_, None) => None,
-            (Mode::Separate, _) => Some((rows[i].normal, rows[i].bias[1])),
-            (Mode::Right, Some(0)) => Some((rows[i].tangent, rows[i].bias[0])),
-            (Mode::Left, Some(0)) => Some((-rows[i].tangent, -rows[i].bias[0])),
+            (Mode::Separate, _) => Some((rows[i].normal.clone(), rows[i].bias[1])),
+            (Mode::Right, Some(0)) => Some((rows[i].tangent.clone(), rows[i].bias[0])),
+            (Mode::Left, Some(0)) => Some((rows[i].tangent.scaled(-1.0), -rows[i].bias[0])),
             _ => None,
         })
         .collect();
     let width = n + 2 + strict.len() + 1;
-    let weights_of = |row: &Vector3<f64>| {
+    let weights_of = |row: &P::V| {
         let mut a: Vec<f64> = generators.iter().map(|g| row.dot(&g.direction)).collect();
         let all = a.iter().sum::<f64>();
         a.resize(width, 0.0);
@@ -74,14 +73,14 @@ pub(super) fn solve(
     };
     let mut programme = Vec::new();
     for (row, bias) in independent {
-        programme.push((weights_of(row), -(row.dot(&load) + bias)));
+        programme.push((weights_of(row), -(row.dot(load) + bias)));
     }
     for (k, (row, bias)) in strict.iter().enumerate() {
         let mut a = weights_of(row);
         a[n] -= 1.0;
         a[n + 1] += 1.0;
         a[n + 2 + k] = -1.0;
-        programme.push((a, 2.0 * TIE - (row.dot(&load) + bias)));
+        programme.push((a, 2.0 * TIE - (row.dot(load) + bias)));
     }
     let mut cap = vec![0.0; width];
     (cap[n], cap[n + 1], cap[width - 1]) = (1.0, -1.0, 1.0);
@@ -93,13 +92,13 @@ pub(super) fn solve(
         if independent.len() == planes.len() { Forces::Singular } else { Forces::Family };
     let Some(x) = maximise(&programme, &objective) else {
         let none = vec![[0.0; 2]; rows.len()];
-        return judge(problem, word, &load, &none, Forces::Impossible);
+        return judge(problem, word, load, &none, Forces::Impossible);
     };
     let t = x[n] - x[n + 1];
-    let (mut y, mut forces) = (load, vec![[0.0; 2]; rows.len()]);
+    let (mut y, mut forces) = (load.clone(), vec![[0.0; 2]; rows.len()]);
     for (generator, weight) in generators.iter().zip(&x) {
         let weight = weight + t;
-        y += generator.direction * weight;
+        y.add_scaled(&generator.direction, weight);
         for k in 0..2 {
             forces[generator.contact][k] += generator.force[k] * weight;
         }
@@ -109,19 +108,22 @@ pub(super) fn solve(
     let determined = if missed <= DEPENDENT_ROW * size { determined } else { Forces::Impossible };
     // Forces may be large and cancel. The acceleration is computed without their rounding errors.
     for (row, bias) in independent {
-        y -= row * (row.dot(&y) + bias);
+        let off = row.dot(&y) + bias;
+        y.add_scaled(row, -off);
     }
     // The motion depends on the choice of forces if some change of them keeps each plane and changes the motion. A weight that is zero
     // for every choice does not change.
     let changes = t > TIE || determined == Forces::Impossible;
     let sum: f64 = x[..n].iter().map(|weight| weight + t).sum();
-    let directions: Vec<Vector3<f64>> = (0..n)
-        .filter(|&k| changes || can_press(&generators, independent, &load, sum, k))
-        .map(|k| generators[k].direction.normalize()) // their lengths grow with μ
+    let directions: Vec<P::V> = (0..n)
+        .filter(|&k| changes || can_press(&generators, independent, load, sum, k))
+        .map(|k| &generators[k].direction)
+        .map(|direction| direction.divided(direction.norm())) // their lengths grow with μ
         .collect();
-    let kept = |direction: &Vector3<f64>| {
-        let parts = independent.iter().map(|(row, _)| row * row.dot(direction));
-        parts.fold(Vector3::zeros(), |sum, part| sum + part)
+    let kept = |direction: &P::V| {
+        let mut sum = P::V::zeros(load.len());
+        independent.iter().for_each(|(row, _)| sum.add_scaled(row, row.dot(direction)));
+        sum
     };
     let determined = if determined != Forces::Impossible
         && rank(&directions) > rank(&directions.iter().map(kept).collect::<Vec<_>>())
@@ -133,12 +135,10 @@ pub(super) fn solve(
     let answer = judge(problem, word, &y, &forces, determined);
     #[cfg(feature = "qp")]
     if answer.consistent
-        && let Some(scaled) = super::smallest::smallest(rows, word, independent, &load)
+        && let Some(scaled) = super::smallest::smallest(rows, word, independent, load)
     {
-        let pushed = scaled
-            .iter()
-            .zip(rows)
-            .fold(load, |y, ([f_t, f_n], row)| y + row.tangent * *f_t + row.normal * *f_n);
+        let pushed =
+            scaled.iter().zip(rows).fold(load.clone(), |y, (force, row)| row.pushed(&y, *force));
         let y = if determined == Forces::Undetermined { pushed } else { y };
         let of_smallest = judge(problem, word, &y, &scaled, determined);
         if of_smallest.consistent {
@@ -150,10 +150,10 @@ pub(super) fn solve(
 }
 
 /// Whether the weight of a generator is positive for some choice of the forces. `sum`: of the weights of one choice.
-fn can_press(
-    generators: &[Generator],
-    independent: &[Plane],
-    load: &Vector3<f64>,
+fn can_press<V: MassVector>(
+    generators: &[Generator<V>],
+    independent: &[Plane<'_, V>],
+    load: &V,
     sum: f64,
     at: usize,
 ) -> bool {
@@ -174,12 +174,13 @@ fn can_press(
 }
 
 /// Number of independent directions.
-fn rank(directions: &[Vector3<f64>]) -> usize {
-    let mut flat = Flat::everything();
+fn rank<V: MassVector>(directions: &[V]) -> usize {
+    let Some(first) = directions.first() else { return 0 };
+    let mut flat = Flat::everything(first.len());
     for direction in directions {
-        if let Some(cut) = flat.with((*direction, 0.0)) {
+        if let Some(cut) = flat.with((direction, 0.0)) {
             flat = cut;
         }
     }
-    flat.planes().len()
+    flat.rank()
 }

@@ -1,23 +1,22 @@
 //! Tests whether the accelerations and forces of a word are consistent with it.
 
-use nalgebra::Vector3;
-
 use crate::modes::answer::{Forces, Margin, ModeAnswer, test};
-use crate::modes::problem::ContactProblem;
+use crate::modes::rows::Problem;
 use crate::modes::words::Word;
 use crate::outcome::ContactNumber;
 use crate::tolerance::{CONE_TIE_ACCELERATION, FIXED_ACCELERATION, TIE};
 
 /// Tests a solution of a word.
-pub(super) fn judge(
-    problem: &ContactProblem,
+pub(super) fn judge<P: Problem>(
+    problem: &P,
     word: Word,
-    y: &Vector3<f64>,
+    y: &P::V,
     scaled: &[[f64; 2]],
     determined: Forces,
 ) -> ModeAnswer {
     if determined == Forces::Impossible {
-        let (acceleration, forces) = ([f64::NAN; 3], vec![[f64::NAN; 2]; scaled.len()]);
+        let (acceleration, forces) =
+            (vec![f64::NAN; problem.coordinates()], vec![[f64::NAN; 2]; scaled.len()]);
         let (margins, consistent) = (Vec::new(), false);
         let force_interval = None;
         return ModeAnswer {
@@ -33,8 +32,8 @@ pub(super) fn judge(
     }
     let mut margins = Vec::with_capacity(2 * scaled.len());
     for (i, row) in problem.rows().iter().enumerate() {
-        let tangential = || row.tangent.dot(y) + row.bias[0];
-        let normal = || row.normal.dot(y) + row.bias[1];
+        let tangential = || row.tangential(y);
+        let normal = || row.opening(y);
         test(row, word.mode(i), tangential, normal, scaled[i], |condition, value| {
             margins.push(Margin { contact: ContactNumber::of(i), condition, value });
         });

@@ -8,22 +8,29 @@ mod enumerate;
 mod flats;
 mod hyperstatic;
 mod judge;
+#[allow(dead_code, reason = "onward and forces are for simulations of mechanisms")]
+mod mechanism;
 mod painleve;
 mod pair;
 mod problem;
 #[cfg(feature = "qp")]
 mod qp;
+mod rows;
 #[cfg(feature = "qp")]
 mod smallest;
 mod words;
 
 pub use crate::tolerance::TIE;
 pub use answer::{Condition, Forces, Margin, ModeAnswer};
+pub use mechanism::MechanismProblem;
+#[allow(unused_imports, reason = "for simulations of mechanisms")]
+pub(crate) use mechanism::{Onward, forces as mechanism_forces, onward};
 pub use painleve::Jamming;
 pub(crate) use pair::only_mode;
 pub use pair::{PairMode, PairModes};
+pub(crate) use problem::LONGEST_ARM;
 pub use problem::{ContactProblem, Level, ProblemFields};
-pub(crate) use problem::{LONGEST_ARM, Row, scale};
+pub(crate) use rows::{Row, scale};
 
 pub use words::{Mode, Word};
 
@@ -31,6 +38,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::rows::Problem;
 use crate::serial::shown_as_str;
 
 shown_as_str!(Status);
@@ -94,7 +102,7 @@ pub struct Modes {
 impl Modes {
     fn of(mut answers: Vec<ModeAnswer>, complete: bool) -> Self {
         for answer in &mut answers {
-            answer.acceleration = answer.acceleration.unsigned_zero();
+            answer.acceleration = std::mem::take(&mut answer.acceleration).unsigned_zero();
             for force in &mut answer.forces {
                 *force = force.unsigned_zero();
             }
@@ -163,6 +171,26 @@ pub(crate) fn forces(problem: &ContactProblem, word: Word) -> Option<Vec<[f64; 2
     (answer.determined != Forces::Impossible).then_some(answer.forces)
 }
 
+/// A problem of contact modes: a [`ContactProblem`] or a [`MechanismProblem`].
+pub trait ModeProblem: sealed::Solved {}
+
+impl ModeProblem for ContactProblem {}
+impl ModeProblem for MechanismProblem {}
+
+mod sealed {
+    use super::{Error, Method, Modes};
+
+    pub trait Solved {
+        fn modes(&self, method: Method) -> Result<Modes, Error>;
+    }
+}
+
+impl sealed::Solved for ContactProblem {
+    fn modes(&self, method: Method) -> Result<Modes, Error> {
+        solved(self, method, pair::answers)
+    }
+}
+
 /// Every contact mode that the state of the contacts allows, with its motion, forces and margins. By programmes ([`Method::Qp`], and
 /// [`Method::Auto`] above [`MAX_ENUMERATED`] contacts) only one consistent mode.
 ///
@@ -184,16 +212,26 @@ pub(crate) fn forces(problem: &ContactProblem, word: Word) -> Option<Vec<[f64; 2
 /// # Errors
 ///
 /// [`Error::Solver`] if Clarabel refuses a programme; [`Error::Unusable`] for [`Method::Qp`] in a build without the cargo
-/// feature `qp`.
-pub fn contact_modes(problem: &ContactProblem, method: Method) -> Result<Modes, Error> {
+/// feature `qp`, and for [`Method::Enumerate`] if a mechanism may have more than 65 536 words.
+pub fn contact_modes<P: ModeProblem + ?Sized>(problem: &P, method: Method) -> Result<Modes, Error> {
+    problem.modes(method)
+}
+
+/// The modes of a problem. `closed_form`: its words, if they have closed forms.
+fn solved<P: Problem>(
+    problem: &P,
+    method: Method,
+    closed_form: impl FnOnce(&P) -> Option<Vec<ModeAnswer>>,
+) -> Result<Modes, Error> {
+    let refused = |allowed: &str| {
+        let value = if method == Method::Qp { "qp" } else { "enumerate" };
+        Error::Unusable { field: "method".into(), value: value.into(), allowed: allowed.into() }
+    };
     #[cfg(not(feature = "qp"))]
     if method == Method::Qp {
-        return Err(Error::Unusable {
-            field: "method".into(),
-            value: "qp".into(),
-            allowed: "auto or enumerate, because this build is without the cargo feature `qp`"
-                .into(),
-        });
+        return Err(refused(
+            "auto or enumerate, because this build is without the cargo feature `qp`",
+        ));
     }
     #[cfg(feature = "qp")]
     {
@@ -205,10 +243,13 @@ pub fn contact_modes(problem: &ContactProblem, method: Method) -> Result<Modes, 
             }
         }
     }
-    let pair = if method == Method::Auto { problem.pair_modes() } else { None };
-    let mut answers: Vec<_> = match pair {
-        Some(pair) => pair.iter().map(|mode| mode.answer(problem)).collect(),
-        None => enumerate::enumerate(problem),
+    let pair = if method == Method::Auto { closed_form(problem) } else { None };
+    let Some(mut answers) = pair.or_else(|| enumerate::enumerate(problem)) else {
+        return if method == Method::Auto {
+            Ok(Modes::of(Vec::new(), false))
+        } else {
+            Err(refused("qp or auto, because the contacts may have more than 65536 words"))
+        };
     };
     if !answers.iter().any(|answer| answer.consistent) {
         // The static word of a tie fails by more than a tie: the other word is taken.

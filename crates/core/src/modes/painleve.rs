@@ -1,6 +1,8 @@
 //! Painlevé's paradox: friction that drives a sliding contact into the terrain.
 
+use crate::math::mass_vector::MassVector;
 use crate::modes::problem::ContactProblem;
+use crate::modes::rows::Row;
 use crate::modes::words::Mode;
 use crate::outcome::ContactNumber;
 
@@ -50,22 +52,27 @@ impl ContactProblem {
     /// ```
     #[must_use]
     pub fn jamming(&self) -> Vec<Jamming> {
-        let mut all = Vec::new();
-        for (i, row) in self.rows().iter().enumerate() {
-            for direction in [Mode::Right, Mode::Left] {
-                let sign = direction.direction();
-                if row.sliding.is_none_or(|way| f64::from(way) * sign < 0.0) {
-                    continue;
-                }
-                let drag = sign * row.normal.dot(&row.tangent);
-                all.push(Jamming {
-                    contact: ContactNumber::of(i),
-                    direction,
-                    margin: 1.0 - row.friction * drag,
-                    critical_friction: if drag > 0.0 { 1.0 / drag } else { f64::INFINITY },
-                });
-            }
-        }
-        all
+        jamming(self.rows())
     }
+}
+
+/// The same of these rows.
+pub(super) fn jamming<V: MassVector>(rows: &[Row<V>]) -> Vec<Jamming> {
+    let mut all = Vec::new();
+    for (i, row) in rows.iter().enumerate() {
+        for direction in [Mode::Right, Mode::Left] {
+            let sign = direction.direction();
+            if row.sliding.is_none_or(|way| f64::from(way) * sign < 0.0) {
+                continue;
+            }
+            let drag = sign * row.normal.dot(&row.tangent);
+            all.push(Jamming {
+                contact: ContactNumber::of(i),
+                direction,
+                margin: 1.0 - row.friction * drag,
+                critical_friction: if drag > 0.0 { 1.0 / drag } else { f64::INFINITY },
+            });
+        }
+    }
+    all
 }

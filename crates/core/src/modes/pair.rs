@@ -6,10 +6,13 @@
 
 use nalgebra::Vector3;
 
+use crate::math::mass_vector::MassVector;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::answer::{Condition, Forces, Margin, ModeAnswer, is_doubtful, test};
+use crate::modes::flats::{Flat, normal, tangent};
 use crate::modes::judge::{judge, leans_on_a_tie};
-use crate::modes::problem::{ContactProblem, Row};
+use crate::modes::problem::ContactProblem;
+use crate::modes::rows::{Problem, Row};
 use crate::modes::words::{Mode, Word};
 use crate::outcome::ContactNumber;
 use crate::tolerance::{DEPENDENT_ROW, FIXED_ACCELERATION, TIE};
@@ -92,11 +95,7 @@ impl PairMode {
     /// q̈, in m/s² and rad/s² (impulse level: the velocity after, in m/s and rad/s).
     #[must_use]
     pub fn acceleration(&self, problem: &ContactProblem) -> [f64; 3] {
-        problem.acceleration(&self.motion(problem)).unsigned_zero()
-    }
-
-    fn motion(&self, problem: &ContactProblem) -> Vector3<f64> {
-        self.motion_of(problem.rows(), problem.load())
+        problem.motion(&self.motion_of(problem.rows(), problem.load())).unsigned_zero()
     }
 
     /// With three closed rows: the point where they vanish. Otherwise Newton's law.
@@ -105,10 +104,9 @@ impl PairMode {
         match (rows, self.letters) {
             ([one, two], [Mode::Fixed, _]) if !apart => pivot(one, two),
             ([one, two], [_, Mode::Fixed]) if !apart => pivot(two, one),
-            (rows, _) => rows
-                .iter()
-                .zip(self.forces)
-                .fold(load, |y, (row, [f_t, f_n])| y + row.tangent * f_t + row.normal * f_n),
+            (rows, _) => {
+                rows.iter().zip(self.forces).fold(load, |y, (row, force)| row.pushed(&y, force))
+            }
         }
     }
 
@@ -123,7 +121,8 @@ impl PairMode {
     fn family(&self, problem: &ContactProblem) -> Option<Squeeze> {
         match (problem.rows(), self.letters) {
             ([one, two], [Mode::Fixed, Mode::Fixed]) => {
-                Some(Squeeze::between([one, two], self.motion(problem) - problem.load()))
+                let (rows, load) = (problem.rows(), problem.load());
+                Some(Squeeze::between([one, two], self.motion_of(rows, load) - load))
             }
             _ => None,
         }
@@ -131,13 +130,14 @@ impl PairMode {
 
     /// The word and its tests, with the bits of [`ModeAnswer`], without allocation.
     pub(crate) fn judged(&self, problem: &ContactProblem) -> Judged {
-        let (rows, y) = (problem.rows(), self.motion(problem));
+        let rows = problem.rows();
+        let y = self.motion_of(rows, problem.load());
         let n = rows.len();
         let word = (0..n).fold(Word::separate(n), |word, i| word.with(i, self.letters[i]));
         let mut judged = Judged { word, consistent: true, margins: [Judged::NONE; 4], len: 0 };
         for (i, row) in rows.iter().enumerate() {
-            let tangential = || row.tangent.dot(&y) + row.bias[0];
-            let normal = || row.normal.dot(&y) + row.bias[1];
+            let tangential = || row.tangential(&y);
+            let normal = || row.opening(&y);
             let force = self.forces[i];
             test(row, self.letters[i], tangential, normal, force, |condition, value| {
                 let contact = ContactNumber::of(i);
@@ -150,10 +150,10 @@ impl PairMode {
         judged
     }
 
-    pub(super) fn answer(&self, problem: &ContactProblem) -> ModeAnswer {
+    fn answer(&self, problem: &impl Problem<V = Vector3<f64>>) -> ModeAnswer {
         let n = problem.rows().len();
         let word = (0..n).fold(Word::separate(n), |word, i| word.with(i, self.letters[i]));
-        let y = self.motion(problem);
+        let y = self.motion_of(problem.rows(), *problem.load());
         if self.letters == [Mode::Fixed; 2] {
             return both_fixed(problem, word, &y, [0, 1]);
         }
@@ -180,14 +180,14 @@ impl Judged {
 }
 
 /// The answer for a word in which just these two contacts are closed, both fixed, with the acceleration `y`.
-pub(super) fn both_fixed(
-    problem: &ContactProblem,
+pub(super) fn both_fixed<P: Problem>(
+    problem: &P,
     word: Word,
-    y: &Vector3<f64>,
+    y: &P::V,
     closed: [usize; 2],
 ) -> ModeAnswer {
     let rows = problem.rows();
-    let family = Squeeze::between(closed.map(|i| &rows[i]), y - problem.load());
+    let family = problem.squeeze(closed, &y.plus(problem.load(), -1.0));
     let spread = |two: [[f64; 2]; 2]| {
         let mut forces = vec![[0.0; 2]; rows.len()];
         (forces[closed[0]], forces[closed[1]]) = (two[0], two[1]);
@@ -232,6 +232,12 @@ impl ContactProblem {
     pub fn pair_modes(&self) -> Option<PairModes> {
         solve(self.rows(), self.load())
     }
+}
+
+/// All words of one or two contacts, solved, if they have closed forms.
+pub(super) fn answers(problem: &impl Problem<V = Vector3<f64>>) -> Option<Vec<ModeAnswer>> {
+    let modes = solve(problem.rows(), *problem.load())?;
+    Some(modes.iter().map(|mode| mode.answer(problem)).collect())
 }
 
 #[inline(always)]
@@ -513,14 +519,23 @@ impl<'a> Solver<'a> {
     }
 }
 
-/// The forces of two fixed contacts: their sum and its moment are known, and the internal force τ = (f_1 − f_2)·e/2
-/// along the line between them is free. With p = d/ρ, e the unit vector from contact 1 to contact 2 and e⊥ = e turned
-/// by +90°:
+/// The forces of two fixed contacts. Three of them follow from the motion; one, the internal force τ, is free.
+///
+/// Of a body, the sum of the forces and its moment are known, and τ = (f_1 − f_2)·e/2 acts along the line between the contacts. With p = d/ρ,
+/// e the unit vector from contact 1 to contact 2 and e⊥ = e turned by +90°:
 ///
 /// ```text
 /// f_2 = e (R·e/2 − τ) + e⊥ (M − p_1 × R)/|p_2 − p_1|      f_1 = R − f_2
 /// ```
-struct Squeeze {
+///
+/// Of a mechanism, the forces f = (f_t,1, f_n,1, f_t,2, f_n,2) satisfy B f = rest with the rows B = [T_1 N_1 T_2 N_2] (3 × 4):
+///
+/// ```text
+/// f = f_0 + τ z      B z = 0, |z|² = 2, z_k ∝ (−1)ᵏ det(B without column k)      f_0·z = 0
+/// ```
+///
+/// The first component of z that is not zero is positive. For a rigid body z is ±(e, −e).
+pub(super) struct Squeeze {
     /// Scaled forces without internal force, and their derivative by it.
     base: [[f64; 2]; 2],
     slope: [[f64; 2]; 2],
@@ -534,18 +549,79 @@ struct Squeeze {
 impl Squeeze {
     /// Forces whose sum and moment are `rest` = (R, M).
     #[inline(always)]
-    fn between(rows: [&Row; 2], rest: Vector3<f64>) -> Self {
+    pub(super) fn between(rows: [&Row; 2], rest: Vector3<f64>) -> Self {
         let [one, two] = rows;
-        let span = two.arm - one.arm;
+        let (Some(first), Some(other)) = (one.arm, two.arm) else {
+            return Self::of_rows(rows, rest);
+        };
+        let span = other - first;
         let length = span.norm();
         let e = span / length;
         let total = rest.xy();
-        let lift = (rest.z - one.arm.perp(&total)) / length;
+        let lift = (rest.z - first.perp(&total)) / length;
         let half = 0.5 * total.dot(&e);
         let second = nalgebra::Vector2::new(half * e.x - lift * e.y, half * e.y + lift * e.x);
         let base = [one.turn(total - second), two.turn(second)];
         let slope = [one.turn(e), two.turn(-e)];
+        Self::on(rows, base, slope)
+    }
 
+    /// The same for contacts of a mechanism whose rows span three dimensions.
+    pub(super) fn spanned<V: MassVector>(rows: [&Row<V>; 2], rest: &V) -> Self {
+        let mut span = Flat::everything(rest.len());
+        for row in rows {
+            for (along, _) in [normal(row), tangent(row)] {
+                span = span.with((along, 0.0)).unwrap_or(span);
+            }
+        }
+        let axes = span.planes();
+        let along = |of: &V| MassVector::of(3, axes.iter().map(|(axis, _)| axis.dot(of)));
+        let [one, two] = rows.map(|row| Row {
+            normal: along(&row.normal),
+            tangent: along(&row.tangent),
+            arm: None,
+            bias: row.bias,
+            friction: row.friction,
+            sliding: row.sliding,
+            stretch: row.stretch,
+        });
+        Self::between([&one, &two], along(rest))
+    }
+
+    /// The same without arms.
+    #[inline(never)]
+    fn of_rows(rows: [&Row; 2], rest: Vector3<f64>) -> Self {
+        let stretch = [0, 0, 1, 1].map(|i: usize| rows[i].stretch);
+        let [b0, b1, b2, b3] =
+            [&rows[0].tangent, &rows[0].normal, &rows[1].tangent, &rows[1].normal];
+        let b = [b0 * stretch[0], b1 * stretch[1], b2 * stretch[2], b3 * stretch[3]];
+        let det = |[i, j, k]: [usize; 3]| b[i].dot(&b[j].cross(&b[k]));
+        const OTHERS: [[usize; 3]; 4] = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
+        let mut z =
+            [0, 1, 2, 3].map(|k: usize| if k % 2 == 0 { 1.0 } else { -1.0 } * det(OTHERS[k]));
+        let length = (0.5 * z.iter().map(|part| part * part).sum::<f64>()).sqrt();
+        let first = z.iter().copied().find(|part| part.abs() > DEPENDENT_ROW * length);
+        let sign = 1.0_f64.copysign(first.unwrap_or(1.0));
+        // With the largest component of z set to zero the three others follow by Cramer's rule, and then the part along z is removed.
+        let largest = (0..4).fold(0, |most, k| if z[k].abs() > z[most].abs() { k } else { most });
+        let [i, j, k] = OTHERS[largest];
+        let volume = det(OTHERS[largest]);
+        let mut f = [0.0; 4];
+        f[i] = rest.dot(&b[j].cross(&b[k])) / volume;
+        f[j] = rest.dot(&b[k].cross(&b[i])) / volume;
+        f[k] = rest.dot(&b[i].cross(&b[j])) / volume;
+        z = z.map(|part| sign * part / length);
+        let along = 0.5 * (0..4).map(|k| f[k] * z[k]).sum::<f64>();
+        let scaled = |of: [f64; 4]| {
+            [[of[0] * stretch[0], of[1] * stretch[1]], [of[2] * stretch[2], of[3] * stretch[3]]]
+        };
+        Self::on(rows, scaled([0, 1, 2, 3].map(|k| f[k] - along * z[k])), scaled(z))
+    }
+
+    /// The forces base + τ slope of contacts with this friction.
+    #[inline(always)]
+    fn on(rows: [&Row; 2], base: [[f64; 2]; 2], slope: [[f64; 2]; 2]) -> Self {
+        let [one, two] = rows;
         // f_n ≥ 0 and both sides of the cone, as value + τ slope ≥ 0.
         let of = |row: &Row, [f_t, f_n]: [f64; 2], [s_t, s_n]: [f64; 2]| {
             let (mu, unit) = (row.friction, 1.0 / (1.0 + row.friction));

@@ -20,6 +20,8 @@ use crate::body::state::State;
 use crate::error::{Error, LARGEST, finite, friction, in_range, positive};
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::pair::Squeeze;
+use crate::modes::rows::{Problem, Row, scale};
 use crate::modes::{Method, Mode, ModeAnswer, contact_modes};
 use crate::tolerance::{TOUCH, UNIT_TANGENT};
 
@@ -94,79 +96,6 @@ pub struct ContactProblem {
     scale: f64,
     /// Scaled free acceleration (ẍ, ÿ, ρθ̈).
     load: Vector3<f64>,
-}
-
-/// One contact in the mass metric: coordinates (x, y, ρθ), rows divided by ν = √(1 + (d×n)²/ρ²), so that the
-/// normal row has length one; accelerations are divided by ν and by the scale of the problem. The mass cancels.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Row {
-    pub(crate) normal: Vector3<f64>,
-    pub(crate) tangent: Vector3<f64>,
-    /// d/ρ, world axes
-    pub(crate) arm: Vector2<f64>,
-    /// (tangential, normal)
-    pub(crate) bias: [f64; 2],
-    pub(crate) friction: f64,
-    pub(crate) sliding: Option<i8>,
-    /// ν
-    pub(crate) stretch: f64,
-}
-
-impl Row {
-    /// An absent contact.
-    pub(crate) const ABSENT: Self = Self {
-        normal: Vector3::new(0.0, 0.0, 0.0),
-        tangent: Vector3::new(0.0, 0.0, 0.0),
-        arm: Vector2::new(0.0, 0.0),
-        bias: [0.0; 2],
-        friction: 0.0,
-        sliding: None,
-        stretch: 1.0,
-    };
-
-    /// A contact with the unit tangent t and the arm d/ρ; its bias (tangential, normal) is not scaled yet.
-    #[inline]
-    pub(crate) fn new(
-        tangent: Vector2<f64>,
-        arm: Vector2<f64>,
-        bias: [f64; 2],
-        friction: f64,
-        sliding: Option<i8>,
-    ) -> Self {
-        let normal = Vector2::new(-tangent.y, tangent.x);
-        // d × n = t·d = b and d × t = −n·d = −c.
-        let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
-        let stretch = (1.0 + b * b).sqrt();
-        Self {
-            normal: Vector3::new(normal.x, normal.y, b) / stretch,
-            tangent: Vector3::new(tangent.x, tangent.y, -c) / stretch,
-            arm,
-            bias: bias.map(|value| value / stretch),
-            friction,
-            sliding,
-            stretch,
-        }
-    }
-
-    /// The scaled force (tangential, normal) that is the vector `force` in world axes, per m times the scale.
-    pub(crate) fn turn(&self, force: Vector2<f64>) -> [f64; 2] {
-        [self.tangent, self.normal].map(|row| row.xy().dot(&force) * self.stretch * self.stretch)
-    }
-}
-
-/// The largest of the load and the biases, by which the biases are then divided.
-pub(crate) fn scale(rows: &mut [Row], load: &Vector3<f64>) -> f64 {
-    let biases = rows
-        .iter()
-        .filter(|row| row.sliding.is_some())
-        .flat_map(|row| row.bias)
-        .fold(0.0_f64, |most, bias| most.max(bias.abs()));
-    let largest = load.amax().max(biases);
-    let scale = if largest > 0.0 { largest } else { 1.0 };
-    for row in rows {
-        row.bias = row.bias.map(|bias| bias / scale);
-    }
-    scale
 }
 
 /// Longest arm, in radii of gyration. With longer arms the rows are nearly pure rotations, and the rounding errors of forces grow by
@@ -258,17 +187,18 @@ impl ContactProblem {
                     allowed: "1, -1, 0, or none where the contact is separated".into(),
                 });
             }
+            let arm = Vector2::from(d) / rho;
             let row = Row::new(
                 Vector2::from(t.map(on_axis)),
-                Vector2::from(d) / rho,
+                arm,
                 fields.bias[i],
                 fields.friction[i],
                 fields.sliding[i],
             );
             in_range(
                 format_args!("arms.{number}"),
-                row.arm.norm(),
-                row.arm.norm() <= LONGEST_ARM,
+                arm.norm(),
+                arm.norm() <= LONGEST_ARM,
                 "at most 1e4; forces on longer arms have few correct digits",
             )?;
             rows.push(row);
@@ -296,18 +226,45 @@ impl ContactProblem {
     }
 
     /// q̈ from its scaled form.
-    pub(crate) fn acceleration(&self, y: &Vector3<f64>) -> [f64; 3] {
+    pub(crate) fn motion(&self, y: &Vector3<f64>) -> [f64; 3] {
         [y.x * self.scale, y.y * self.scale, y.z * self.scale / self.fields.gyration_radius]
-    }
-
-    /// An internal force from its scaled form f/(m scale), in N.
-    pub(crate) fn internal_force(&self, scaled: f64) -> f64 {
-        scaled * self.fields.mass * self.scale
     }
 
     /// Force (tangential, normal) at a contact from its scaled form F = ν f/(m scale).
     pub(crate) fn force(&self, index: usize, scaled: [f64; 2]) -> [f64; 2] {
         scaled.map(|part| part * self.fields.mass * self.scale / self.rows[index].stretch)
+    }
+}
+
+impl Problem for ContactProblem {
+    type V = Vector3<f64>;
+
+    fn rows(&self) -> &[Row] {
+        &self.rows
+    }
+
+    fn load(&self) -> &Vector3<f64> {
+        &self.load
+    }
+
+    fn coordinates(&self) -> usize {
+        3
+    }
+
+    fn acceleration(&self, y: &Vector3<f64>) -> Vec<f64> {
+        self.motion(y).to_vec()
+    }
+
+    fn force(&self, index: usize, scaled: [f64; 2]) -> [f64; 2] {
+        self.force(index, scaled)
+    }
+
+    fn internal_force(&self, scaled: f64) -> f64 {
+        scaled * self.fields.mass * self.scale
+    }
+
+    fn squeeze(&self, closed: [usize; 2], rest: &Vector3<f64>) -> Squeeze {
+        Squeeze::between(closed.map(|i| &self.rows[i]), *rest)
     }
 }
 

@@ -15,12 +15,12 @@
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
-use nalgebra::Vector3;
 
 use crate::error::Error;
+use crate::math::mass_vector::MassVector;
 use crate::modes::answer::{Condition, ModeAnswer};
 use crate::modes::enumerate::solve;
-use crate::modes::problem::ContactProblem;
+use crate::modes::rows::Problem;
 use crate::modes::words::{Mode, Word};
 use crate::tolerance::QP_ZERO;
 
@@ -43,7 +43,7 @@ struct Generator {
 /// # Errors
 ///
 /// [`Error::Solver`] if Clarabel refuses the programme.
-pub(super) fn search(problem: &ContactProblem) -> Result<Option<ModeAnswer>, Error> {
+pub(super) fn search<P: Problem>(problem: &P) -> Result<Option<ModeAnswer>, Error> {
     let (rows, load) = (problem.rows(), problem.load());
     let mut generators = Vec::new();
     for (contact, row) in rows.iter().enumerate() {
@@ -63,14 +63,12 @@ pub(super) fn search(problem: &ContactProblem) -> Result<Option<ModeAnswer>, Err
         return Ok(all_apart);
     }
 
-    let directions: Vec<Vector3<f64>> = generators
+    let columns: Vec<Vec<f64>> = generators
         .iter()
-        .map(|g| rows[g.contact].normal + rows[g.contact].tangent * g.sigma)
+        .map(|g| rows[g.contact].normal.plus(&rows[g.contact].tangent, g.sigma))
+        .map(|direction| direction.components().map(|part| -part).collect())
         .collect();
-    let columns: Vec<Vec<f64>> =
-        directions.iter().map(|d| (-d).iter().copied().collect()).collect();
-    let matrix =
-        CscMatrix::from(&columns.iter().map(|row| [row[0], row[1], row[2]]).collect::<Vec<_>>());
+    let matrix = CscMatrix::from(&columns);
     let bound = |shift: &[f64]| -> Vec<f64> {
         generators
             .iter()
@@ -88,8 +86,8 @@ pub(super) fn search(problem: &ContactProblem) -> Result<Option<ModeAnswer>, Err
     };
     let mut shift = vec![0.0; rows.len()];
     let mut solver = DefaultSolver::new(
-        &CscMatrix::identity(3),
-        &[-load.x, -load.y, -load.z],
+        &CscMatrix::identity(load.len()),
+        &load.components().map(|part| -part).collect::<Vec<_>>(),
         &matrix,
         &bound(&shift),
         &[SupportedConeT::NonnegativeConeT(generators.len())],
@@ -110,7 +108,7 @@ pub(super) fn search(problem: &ContactProblem) -> Result<Option<ModeAnswer>, Err
             {
                 break; // no acceleration satisfies all bounds
             }
-            let y = Vector3::from_column_slice(&solver.solution.x);
+            let y = P::V::of(load.len(), solver.solution.x.iter().copied());
             let mut forces = vec![[0.0; 2]; rows.len()];
             for (generator, z) in generators.iter().zip(&solver.solution.z) {
                 forces[generator.contact][0] += generator.sigma * z;
@@ -122,7 +120,7 @@ pub(super) fn search(problem: &ContactProblem) -> Result<Option<ModeAnswer>, Err
                 }
             }
             for (i, row) in rows.iter().enumerate() {
-                let along = row.tangent.dot(&y) + row.bias[0];
+                let along = row.tangential(&y);
                 shift[i] = match row.sliding {
                     None => 0.0,
                     Some(0) => row.friction * along.abs(),
@@ -161,12 +159,12 @@ pub(super) fn search(problem: &ContactProblem) -> Result<Option<ModeAnswer>, Err
 }
 
 /// Words solved so far, none of them consistent.
-struct Tried<'a> {
-    problem: &'a ContactProblem,
+struct Tried<'a, P> {
+    problem: &'a P,
     failed: Vec<ModeAnswer>,
 }
 
-impl Tried<'_> {
+impl<P: Problem> Tried<'_, P> {
     /// The answer for this word, if it is consistent and new.
     fn try_out(&mut self, word: Word) -> Option<ModeAnswer> {
         if self.failed.len() >= WORDS || self.failed.iter().any(|answer| answer.word == word) {
@@ -182,7 +180,7 @@ impl Tried<'_> {
 }
 
 /// The word after a change of one letter: the letter whose test has the worst margin.
-fn mended(problem: &ContactProblem, answer: &ModeAnswer) -> Option<Word> {
+fn mended(problem: &impl Problem, answer: &ModeAnswer) -> Option<Word> {
     let worst = answer.violated().min_by(|a, b| a.value.total_cmp(&b.value))?;
     let i = worst.contact.index();
     let mode = match (worst.condition, problem.rows()[i].sliding) {
@@ -199,15 +197,15 @@ fn mended(problem: &ContactProblem, answer: &ModeAnswer) -> Option<Word> {
 
 /// The word of an approximate solution. If one of two quantities must vanish, the smaller one is set to zero. An acceleration below
 /// `blur` counts as zero.
-fn read(problem: &ContactProblem, y: &Vector3<f64>, forces: &[[f64; 2]], blur: f64) -> Word {
+fn read<P: Problem>(problem: &P, y: &P::V, forces: &[[f64; 2]], blur: f64) -> Word {
     let rows = problem.rows();
     rows.iter().enumerate().fold(Word::separate(rows.len()), |word, (i, row)| {
         let [f_t, f_n] = forces[i];
-        let opens = row.normal.dot(y) + row.bias[1];
+        let opens = row.opening(y);
         if row.sliding.is_none() || opens > f_n.max(blur) {
             return word;
         }
-        let along = row.tangent.dot(y) + row.bias[0];
+        let along = row.tangential(y);
         let mode = match row.sliding {
             Some(0) if along.abs() <= blur.max(row.friction * f_n - f_t.abs()) => Mode::Fixed,
             Some(0) if along > 0.0 => Mode::Right,

@@ -9,10 +9,11 @@
 
 use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{DMatrix, DVector};
 
+use crate::math::mass_vector::MassVector;
 use crate::modes::flats::Plane;
-use crate::modes::problem::Row;
+use crate::modes::rows::Row;
 use crate::modes::words::{Mode, Word};
 use crate::tolerance::{DEPENDENT_ROW, FORCE_BALANCE, QP_ACCURACIES, TIE};
 
@@ -28,7 +29,7 @@ struct Unknown {
     contact: usize,
     force: [f64; 2],
     /// Its contribution to the planes.
-    wrench: Vector3<f64>,
+    wrench: DVector<f64>,
 }
 
 /// An inequality edge·f ≥ 0 on the force of a contact.
@@ -39,11 +40,11 @@ struct Edge {
 
 /// The smallest forces (tangential, normal), scaled, under which these planes vanish; `None` if neither the programme nor
 /// the exact solution after it converges.
-pub(super) fn smallest(
-    rows: &[Row],
+pub(super) fn smallest<V: MassVector>(
+    rows: &[Row<V>],
     word: Word,
-    planes: &[Plane],
-    load: &Vector3<f64>,
+    planes: &[Plane<'_, V>],
+    load: &V,
 ) -> Option<Vec<[f64; 2]>> {
     let closed: Vec<_> =
         word.modes().enumerate().filter(|(_, mode)| *mode != Mode::Separate).collect();
@@ -59,11 +60,12 @@ pub(super) fn smallest(
             cone.iter().map(|&edge| Edge { contact, edge }).collect::<Vec<_>>()
         })
         .collect();
-    let (mut needs, mut rest) = (Matrix3::zeros(), Vector3::zeros());
-    for (k, (row, bias)) in planes.iter().enumerate() {
-        needs.set_row(k, &row.transpose());
-        rest[k] = -(row.dot(load) + bias);
-    }
+    // With zeros for planes that a body lacks, so that its forces are rounded alike for every number of planes.
+    let padded = |parts: &mut dyn Iterator<Item = f64>| {
+        DVector::from_iterator(planes.len().max(3), parts.chain([0.0; 3]).take(planes.len().max(3)))
+    };
+    let rest = padded(&mut planes.iter().map(|(row, bias)| -(row.dot(load) + bias)));
+    let needs = |of: &V| padded(&mut planes.iter().map(|(row, _)| row.dot(of)));
     // The unknowns, if those edges are equations.
     let unknowns = |active: &[bool]| {
         let mut all = Vec::new();
@@ -72,8 +74,9 @@ pub(super) fn smallest(
             let mut add = |t: f64, n: f64| {
                 let length = libm::hypot(t, n);
                 let force = [t / length, n / length];
-                let push = (row.tangent * force[0] + row.normal * force[1]) * row.stretch;
-                all.push(Unknown { contact, force, wrench: needs * push });
+                let push =
+                    row.tangent.scaled(force[0]).plus(&row.normal, force[1]).scaled(row.stretch);
+                all.push(Unknown { contact, force, wrench: needs(&push) });
             };
             let first = edges.iter().position(|e| e.contact == contact).unwrap_or(0);
             if mode == Mode::Fixed && mu > 0.0 {
@@ -101,7 +104,12 @@ pub(super) fn smallest(
             let Some(found) = solve(rows.len(), &unknowns(&active), &rest) else { break };
             // The force of a contact without edges: λ by its own rows.
             let free = |contact: usize| {
-                let (row, lambda) = (&rows[contact], needs.transpose() * found.lambda);
+                let row = &rows[contact];
+                let mut lambda = V::zeros(load.len());
+                planes
+                    .iter()
+                    .zip(&found.lambda)
+                    .for_each(|((row, _), l)| lambda.add_scaled(row, *l));
                 [row.tangent.dot(&lambda), row.normal.dot(&lambda)].map(|g| g * row.stretch)
             };
             let limit = TIE * found.size;
@@ -140,32 +148,35 @@ pub(super) fn smallest(
 struct Solved {
     forces: Vec<[f64; 2]>,
     /// The multipliers of the equations.
-    lambda: Vector3<f64>,
+    lambda: DVector<f64>,
     /// The largest of the forces, at least one.
     size: f64,
 }
 
-fn solve(contacts: usize, unknowns: &[Unknown], rest: &Vector3<f64>) -> Option<Solved> {
+fn solve(contacts: usize, unknowns: &[Unknown], rest: &DVector<f64>) -> Option<Solved> {
     // x = Bᵀλ with BBᵀλ = rest, B the wrenches of the unknowns.
-    let gram =
-        unknowns.iter().fold(Matrix3::zeros(), |gram, u| gram + u.wrench * u.wrench.transpose());
+    let n = rest.len();
+    let mut gram = DMatrix::zeros(n, n);
+    unknowns.iter().for_each(|u| gram.ger(1.0, &u.wrench, &u.wrench, 1.0));
     // BBᵀ = Σ w vvᵀ; for w = 0 the unknowns do not change along v.
     let eigen = gram.symmetric_eigen();
     let least = DEPENDENT_ROW * eigen.eigenvalues.amax();
-    let inverse = |of: &Vector3<f64>| {
-        (0..3).filter(|&k| eigen.eigenvalues[k] > least).fold(Vector3::zeros(), |sum, k| {
+    let inverse = |of: &DVector<f64>| {
+        let mut sum = DVector::zeros(n);
+        for k in (0..n).filter(|&k| eigen.eigenvalues[k] > least) {
             let v = eigen.eigenvectors.column(k);
-            sum + v * (v.dot(of) / eigen.eigenvalues[k])
-        })
+            sum.axpy(v.dot(of) / eigen.eigenvalues[k], &v, 1.0);
+        }
+        sum
     };
     let mut forces = vec![[0.0; 2]; contacts];
-    let (mut missing, mut lambda) = (*rest, Vector3::zeros());
+    let (mut missing, mut lambda) = (rest.clone(), DVector::zeros(n));
     for _ in 0..=REFINEMENTS {
         let more = inverse(&missing);
-        lambda += more;
+        lambda += &more;
         for u in unknowns {
             let size = u.wrench.dot(&more);
-            missing -= u.wrench * size;
+            missing.axpy(-size, &u.wrench, 1.0);
             for k in 0..2 {
                 forces[u.contact][k] += u.force[k] * size;
             }
@@ -179,12 +190,12 @@ fn solve(contacts: usize, unknowns: &[Unknown], rest: &Vector3<f64>) -> Option<S
 fn guess(
     unknowns: &[Unknown],
     edges: &[Edge],
-    rest: &Vector3<f64>,
+    rest: &DVector<f64>,
     accuracy: f64,
 ) -> Option<Vec<bool>> {
     let n = unknowns.len();
     let mut matrix: Vec<Vec<f64>> =
-        (0..3).map(|k| unknowns.iter().map(|u| u.wrench[k]).collect()).collect();
+        (0..rest.len()).map(|k| unknowns.iter().map(|u| u.wrench[k]).collect()).collect();
     for Edge { contact, edge } in edges {
         let share = |u: &Unknown| {
             let acts = f64::from(u8::from(u.contact == *contact));
@@ -193,7 +204,7 @@ fn guess(
         matrix.push(unknowns.iter().map(share).collect());
     }
     let mut bounds = rest.iter().copied().collect::<Vec<_>>();
-    bounds.resize(3 + edges.len(), 0.0);
+    bounds.resize(rest.len() + edges.len(), 0.0);
     let settings = DefaultSettings {
         verbose: false,
         equilibrate_enable: false, // lengths are measured in ρ and rows are of order one
@@ -207,19 +218,22 @@ fn guess(
         &vec![0.0; n],
         &CscMatrix::from(&matrix),
         &bounds,
-        &[SupportedConeT::ZeroConeT(3), SupportedConeT::NonnegativeConeT(edges.len())],
+        &[SupportedConeT::ZeroConeT(rest.len()), SupportedConeT::NonnegativeConeT(edges.len())],
         settings,
     )
     .ok()?;
     solver.solve();
     let solution = &solver.solution;
     // Either the multiplier or the slack of an inequality vanishes.
-    matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved)
-        .then(|| solution.z[3..].iter().zip(&solution.s[3..]).map(|(z, s)| z > s).collect())
+    matches!(solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved).then(|| {
+        solution.z[rest.len()..].iter().zip(&solution.s[rest.len()..]).map(|(z, s)| z > s).collect()
+    })
 }
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Vector3;
+
     use super::super::{ContactProblem, Method, ProblemFields, contact_modes};
     use super::*;
 
@@ -240,10 +254,10 @@ mod tests {
     }
 
     /// No acceleration at all.
-    const AXES: [Plane; 3] = [
-        (Vector3::new(1.0, 0.0, 0.0), 0.0),
-        (Vector3::new(0.0, 1.0, 0.0), 0.0),
-        (Vector3::new(0.0, 0.0, 1.0), 0.0),
+    const AXES: [Plane<'static, Vector3<f64>>; 3] = [
+        (&Vector3::new(1.0, 0.0, 0.0), 0.0),
+        (&Vector3::new(0.0, 1.0, 0.0), 0.0),
+        (&Vector3::new(0.0, 0.0, 1.0), 0.0),
     ];
 
     #[test]

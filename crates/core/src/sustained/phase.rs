@@ -109,7 +109,7 @@ pub(crate) fn only_mode_of(
     rho: f64,
 ) -> Option<([Mode; 2], [f64; 3])> {
     let in_range = |row: &Row| {
-        row.arm.norm_squared() <= LONGEST_ARM * LONGEST_ARM
+        row.arm.is_none_or(|arm| arm.norm_squared() <= LONGEST_ARM * LONGEST_ARM)
             && row.bias.iter().all(|b| b.abs() <= LARGEST)
     };
     if !rows.iter().all(in_range) {
@@ -381,7 +381,8 @@ impl<'a> ContactPhase<'a> {
             })?;
             problem = Some(asked);
             for answer in modes.consistent() {
-                let one = Onward::same(answer.word.modes().collect(), answer.acceleration);
+                let &[ax, ay, turn] = &answer.acceleration[..] else { continue };
+                let one = Onward::same(answer.word.modes().collect(), [ax, ay, turn]);
                 if self.is_open(&one) {
                     self.body.next_order(&one, &self.ways, &mut search);
                 } else {
