@@ -154,7 +154,7 @@ pub(super) fn solve<P: Problem>(problem: &P, word: Word) -> ModeAnswer {
         [(i, false), (_, true), (j, false), (_, true)]
             if flat.rank() == 3 && ties.iter().all(Margin::holds) =>
         {
-            pair::both_fixed(problem, word, &flat.point, [i, j])
+            pair::both_fixed(problem, word, &flat.nearest(load), [i, j])
         }
         _ => hyperstatic::solve(problem, word, &equations.planes, &flat.planes()),
     };

@@ -108,6 +108,19 @@ impl<V: MassVector> Flat<V> {
         self.rows.iter().map(|row| (row, -row.dot(&self.point))).collect()
     }
 
+    /// The acceleration of the flat that is nearest to `y`: forces along its rows lead from one to the other.
+    pub(super) fn nearest(&self, y: &V) -> V {
+        if self.is_point() {
+            return self.point.clone();
+        }
+        let mut nearest = y.clone();
+        for row in &self.rows {
+            let off = row.dot(&nearest) - row.dot(&self.point);
+            nearest.add_scaled(row, -off);
+        }
+        nearest
+    }
+
     fn value(&self, (row, bias): Plane<'_, V>) -> On {
         if self.along(row).norm_squared() > DEPENDENT_ROW * DEPENDENT_ROW {
             On::Free
