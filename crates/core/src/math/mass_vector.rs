@@ -5,6 +5,8 @@ use std::fmt::Debug;
 use nalgebra::Vector3;
 use smallvec::SmallVec;
 
+use crate::tolerance::DEPENDENT_ROW;
+
 /// A vector in the metric of the mass.
 pub(crate) trait MassVector: Clone + PartialEq + Debug {
     /// Zero, with `len` components. A [`Vector3`] always has three.
@@ -199,4 +201,17 @@ pub(crate) fn independent<V: MassVector>(rows: &[&V], apart: f64) -> SmallVec<[(
         basis.push((k, axis));
     }
     basis
+}
+
+/// The shortest vector with these products with these rows; `None` if rows depend on each other.
+pub(crate) fn with_products(rows: &[&Coordinates], products: &[f64]) -> Option<Coordinates> {
+    let basis = independent(rows, DEPENDENT_ROW);
+    if basis.len() < rows.len() {
+        return None;
+    }
+    let mut x = Coordinates::zeros(rows.first()?.len());
+    for (k, axis) in &basis {
+        x.add_scaled(axis, (products[*k] - rows[*k].dot(&x)) / rows[*k].dot(axis));
+    }
+    Some(x)
 }
