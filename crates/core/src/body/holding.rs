@@ -10,8 +10,8 @@
 //! are those of the floating base. With forces f = Σ a_u u on the edges u = (±μ, 1) of the cones, a ≥ 0, the extremes of each torque and
 //! force are linear programmes.
 //!
-//! *The family* of (τ, f) that satisfy the equations is w₀ + D y with orthonormal columns D, where w₀ has the least norm: |w|² = |w₀|² + |y|².
-//! So the least norm within the cones belongs to the y nearest to zero. A contact without friction has no f_t in it.
+//! *The family* of (τ, f) that satisfy the equations is w₀ + D y with orthonormal columns D, where w₀ has the least norm:
+//! |w|² = |w₀|² + |y|². So the least norm within the cones belongs to the y nearest to zero. A contact without friction has no f_t in it.
 
 use serde::Serialize;
 
@@ -43,7 +43,8 @@ pub struct HoldingTorques {
     pub force_high: Vec<[f64; 2]>,
     /// Dimension of the family of (τ, f) that satisfy the equations, whatever the cones. A contact without friction has a normal force only.
     pub freedom: usize,
-    /// If this dimension is one: the interval of the s for which (τ₀, f₀) + s·(τ₁, f₁) lies in the cones; −∞ and ∞ where there is no bound.
+    /// If this dimension is one: the interval of the s for which (τ₀, f₀) + s·(τ₁, f₁) lies in the cones; −∞ and ∞ where there is no
+    /// bound.
     pub internal_force: Option<[f64; 2]>,
     /// τ₀: the torques of the solution with the least |τ|² + |f|² without cones.
     pub free_torques: Vec<f64>,
