@@ -277,10 +277,9 @@ fn solve_lower(factor: &DMatrix<f64>, column: impl Iterator<Item = f64>) -> Coor
 fn two_directions(contact: usize, pair: &[Coordinates]) -> Result<(), Error> {
     let [tangent, normal] = pair else { return Ok(()) };
     let (long, short) = (normal.norm_squared(), tangent.norm_squared());
-    let across = normal.dot(tangent);
-    // The squared sine of the angle between them.
-    let sine = 1.0 - across * across / (long * short);
-    if sine > DEPENDENT_ROW * DEPENDENT_ROW {
+    // The part of one across the other; 1 − cos² of the angle between them would not resolve a sine below 1e-8.
+    let across = tangent.plus(normal, -normal.dot(tangent) / long);
+    if across.norm() > DEPENDENT_ROW * tangent.norm() {
         return Ok(());
     }
     let (field, value) = match (long > 0.0, short > 0.0) {
