@@ -41,7 +41,7 @@ fn assert_has(modes: &Modes, answer: &ModeAnswer) {
     let word = answer.word;
     let Some(other) = modes.get(word) else { panic!("{word} is missing") };
     assert_eq!(answer.consistent, other.consistent, "{word}");
-    let [one, two] = [answer, other].map(|a| a.acceleration.into_iter().chain(forces(a)));
+    let [one, two] = [answer, other].map(|a| a.acceleration.iter().copied().chain(forces(a)));
     let off = one.zip(two).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
     assert!(off <= AGREES, "{word}: {off:e}");
 }

@@ -9,6 +9,9 @@ use crate::tolerance::DEPENDENT_ROW;
 
 /// A vector in the metric of the mass.
 pub(crate) trait MassVector: Clone + PartialEq + Debug {
+    /// At most as many vectors as they have components.
+    type Basis: Basis<Self>;
+
     /// Zero, with `len` components. A [`Vector3`] always has three.
     fn zeros(len: usize) -> Self;
     /// Number of components.
@@ -47,7 +50,55 @@ pub(crate) trait MassVector: Clone + PartialEq + Debug {
     }
 }
 
+/// Independent vectors.
+pub(crate) trait Basis<V>: Clone + PartialEq + Debug {
+    fn empty() -> Self;
+    fn vectors(&self) -> &[V];
+    /// One more vector.
+    fn push(&mut self, vector: V);
+}
+
+/// Up to three vectors of three components.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct UpToThree {
+    vectors: [Vector3<f64>; 3],
+    len: usize,
+}
+
+impl Basis<Vector3<f64>> for UpToThree {
+    fn empty() -> Self {
+        Self { vectors: [Vector3::zeros(); 3], len: 0 }
+    }
+
+    #[inline(always)]
+    fn vectors(&self) -> &[Vector3<f64>] {
+        &self.vectors[..self.len]
+    }
+
+    #[inline(always)]
+    fn push(&mut self, vector: Vector3<f64>) {
+        self.vectors[self.len] = vector;
+        self.len += 1;
+    }
+}
+
+impl Basis<Coordinates> for SmallVec<[Coordinates; 4]> {
+    fn empty() -> Self {
+        Self::new()
+    }
+
+    fn vectors(&self) -> &[Coordinates] {
+        self
+    }
+
+    fn push(&mut self, vector: Coordinates) {
+        self.push(vector);
+    }
+}
+
 impl MassVector for Vector3<f64> {
+    type Basis = UpToThree;
+
     fn zeros(len: usize) -> Self {
         debug_assert!(len <= 3, "a vector of three has no room for {len} components");
         Self::zeros()
@@ -133,6 +184,8 @@ impl Coordinates {
 }
 
 impl MassVector for Coordinates {
+    type Basis = SmallVec<[Self; 4]>;
+
     fn zeros(len: usize) -> Self {
         Self(SmallVec::from_elem(0.0, len))
     }

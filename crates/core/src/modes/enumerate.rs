@@ -58,6 +58,9 @@ impl<V: MassVector> Flats<'_, V> {
 
     /// The flats within this one on which a contact from `first` on is closed, too, and those on which contacts are fixed.
     fn close(&mut self, flat: &Flat<V>, first: usize) -> bool {
+        if flat.is_point() {
+            return true;
+        }
         (first..self.rows.len()).all(|i| {
             self.rows[i].sliding.is_none()
                 || flat
@@ -74,6 +77,9 @@ impl<V: MassVector> Flats<'_, V> {
 
     /// The flats within this one on which some of these contacts are fixed.
     fn fix(&mut self, flat: &Flat<V>, held: &[usize]) -> bool {
+        if flat.is_point() {
+            return true;
+        }
         held.iter().enumerate().all(|(k, &i)| {
             flat.with(tangent(&self.rows[i]))
                 .is_none_or(|cut| self.visit(&cut) && self.fix(&cut, &held[k + 1..]))
@@ -154,7 +160,7 @@ pub(super) fn solve<P: Problem>(problem: &P, word: Word) -> ModeAnswer {
         [(i, false), (_, true), (j, false), (_, true)]
             if flat.rank() == 3 && ties.iter().all(Margin::holds) =>
         {
-            pair::both_fixed(problem, word, &flat.point, [i, j])
+            pair::both_fixed(problem, word, &flat.nearest(load), [i, j])
         }
         _ => hyperstatic::solve(problem, word, &equations.planes, &flat.planes()),
     };
@@ -167,18 +173,29 @@ pub(super) fn solve<P: Problem>(problem: &P, word: Word) -> ModeAnswer {
     answer
 }
 
-/// As many unknown forces as independent rows: Gaussian elimination with pivoting; `None` where the friction
-/// matrix row_k·direction_l is singular.
+/// As many unknown forces as independent rows; `None` where the friction matrix row_k·direction_l is singular.
 fn isostatic<V: MassVector>(equations: &Equations<'_, V>, load: &V) -> Option<SmallVec<[f64; 3]>> {
     let n = equations.planes.len();
-    // Rows of n coefficients and the right-hand side.
-    let width = n + 1;
-    let mut m: SmallVec<[f64; 12]> = smallvec![0.0; n * width];
+    if n <= 3 {
+        return eliminated(equations, load, &mut [0.0; 12], 4);
+    }
+    eliminated(equations, load, &mut vec![0.0; n * (n + 1)], n + 1)
+}
+
+/// Gaussian elimination with pivoting in the matrix `m` of zeros. Its rows have `width` entries, the right-hand side last.
+#[inline(always)]
+fn eliminated<V: MassVector>(
+    equations: &Equations<'_, V>,
+    load: &V,
+    m: &mut [f64],
+    width: usize,
+) -> Option<SmallVec<[f64; 3]>> {
+    let (n, last) = (equations.planes.len(), width - 1);
     for (k, (row, bias)) in equations.planes.iter().enumerate() {
         for (l, direction) in equations.directions.iter().enumerate() {
             m[k * width + l] = row.dot(direction);
         }
-        m[k * width + n] = -(row.dot(load) + bias);
+        m[k * width + last] = -(row.dot(load) + bias);
     }
     let size = equations.directions.iter().map(|d| d.amax()).fold(1.0, f64::max);
     for k in 0..n {
@@ -200,7 +217,7 @@ fn isostatic<V: MassVector>(equations: &Equations<'_, V>, load: &V) -> Option<Sm
     let mut x: SmallVec<[f64; 3]> = smallvec![0.0; n];
     for k in (0..n).rev() {
         let known: f64 = (k + 1..n).map(|l| m[k * width + l] * x[l]).sum();
-        x[k] = (m[k * width + n] - known) / m[k * width + k];
+        x[k] = (m[k * width + last] - known) / m[k * width + k];
     }
     Some(x)
 }

@@ -2,9 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use smallvec::SmallVec;
-
-use crate::math::mass_vector::MassVector;
+use crate::math::mass_vector::{Basis, MassVector};
 use crate::math::simplex::maximise;
 use crate::modes::answer::is_doubtful;
 use crate::modes::rows::Row;
@@ -50,10 +48,10 @@ impl Words {
 }
 
 /// The set of accelerations on which some rows vanish: a point of it and an orthonormal basis of those rows.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Flat<V: MassVector> {
     pub(super) point: V,
-    rows: SmallVec<[V; 3]>,
+    rows: V::Basis,
 }
 
 /// The values of a row on a flat.
@@ -65,12 +63,12 @@ enum On {
 impl<V: MassVector> Flat<V> {
     /// All accelerations of so many coordinates.
     pub(super) fn everything(coordinates: usize) -> Self {
-        Self { point: V::zeros(coordinates), rows: SmallVec::new() }
+        Self { point: V::zeros(coordinates), rows: V::Basis::empty() }
     }
 
     /// Number of independent rows.
     pub(super) fn rank(&self) -> usize {
-        self.rows.len()
+        self.rows.vectors().len()
     }
 
     pub(super) fn is_point(&self) -> bool {
@@ -81,7 +79,7 @@ impl<V: MassVector> Flat<V> {
     #[inline]
     fn along(&self, row: &V) -> V {
         let mut rest = row.clone();
-        for basis in &self.rows {
+        for basis in self.rows.vectors() {
             let part = basis.dot(&rest);
             rest.add_scaled(basis, -part);
         }
@@ -105,7 +103,20 @@ impl<V: MassVector> Flat<V> {
 
     /// Orthonormal rows that vanish exactly on the flat.
     pub(super) fn planes(&self) -> Vec<Plane<'_, V>> {
-        self.rows.iter().map(|row| (row, -row.dot(&self.point))).collect()
+        self.rows.vectors().iter().map(|row| (row, -row.dot(&self.point))).collect()
+    }
+
+    /// The acceleration of the flat that is nearest to `y`: forces along its rows lead from one to the other.
+    pub(super) fn nearest(&self, y: &V) -> V {
+        if self.is_point() {
+            return self.point.clone();
+        }
+        let mut nearest = y.clone();
+        for row in self.rows.vectors() {
+            let off = row.dot(&nearest) - row.dot(&self.point);
+            nearest.add_scaled(row, -off);
+        }
+        nearest
     }
 
     fn value(&self, (row, bias): Plane<'_, V>) -> On {
@@ -195,7 +206,7 @@ impl<V: MassVector> Flat<V> {
                     let Some(side) = self.with(plane) else { continue };
                     side.inner_points(planes, &mut |point| {
                         for away in [-1.0, 1.0] {
-                            let across = side.rows[self.rank()].scaled(away);
+                            let across = side.rows.vectors()[self.rank()].scaled(away);
                             for (sign, (_, (row, bias))) in signs.iter_mut().zip(planes) {
                                 let value = row.dot(point) + bias;
                                 *sign = if value.abs() > TIE {
@@ -218,7 +229,7 @@ impl<V: MassVector> Flat<V> {
         if self.is_point() {
             return found(&self.point);
         }
-        let Some(direction) = self.rows[0].cross(&self.rows[1]) else { return };
+        let Some(direction) = self.rows.vectors()[0].cross(&self.rows.vectors()[1]) else { return };
         let mut cuts: Vec<f64> = planes
             .iter()
             .filter(|(_, (row, _))| row.dot(&direction).abs() > DEPENDENT_ROW)
@@ -256,7 +267,8 @@ impl<V: MassVector> Flat<V> {
             .iter()
             .map(|(_, (row, bias))| {
                 let length = self.along(row).norm();
-                let slopes = span.rows[self.rank()..].iter().map(|axis| axis.dot(row) / length);
+                let slopes =
+                    span.rows.vectors()[self.rank()..].iter().map(|axis| axis.dot(row) / length);
                 ((row.dot(&self.point) + bias) / length, slopes.collect())
             })
             .collect();

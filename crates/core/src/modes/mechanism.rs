@@ -355,3 +355,68 @@ pub(crate) fn forces(space: &ContactSpace, friction: &[f64], word: Word) -> Opti
     };
     (answer.determined != Forces::Impossible).then_some(answer.forces)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{ContactRows, MechanismFields};
+    use crate::math::random::Random;
+    use crate::modes::contact_modes;
+
+    /// Coordinates with little coupling, and rows that point in all directions.
+    fn mechanism(random: &mut Random, dof: usize, count: usize) -> Result<Mechanism, Error> {
+        let mut row = || (0..dof).map(|_| random.between(-1.0, 1.0)).collect::<Vec<f64>>();
+        let rows: Vec<[Vec<f64>; 2]> = (0..count).map(|_| [row(), row()]).collect();
+        let down = |k: usize| rows.iter().map(|[normal, _]| normal[k]).sum::<f64>();
+        let load = row().iter().enumerate().map(|(k, side)| side - 2.0 * down(k)).collect();
+        let mass = |i: usize, j: usize| if i == j { 1.0 + 0.2 * i as f64 } else { 0.1 };
+        let contacts = rows.into_iter().map(|[normal, tangential]| ContactRows {
+            normal,
+            tangential,
+            friction: 0.6,
+            ..ContactRows::default()
+        });
+        Mechanism::new(MechanismFields {
+            mass_matrix: (0..dof).map(|i| (0..dof).map(|j| mass(i, j)).collect()).collect(),
+            contacts: contacts.collect(),
+            load,
+            ..MechanismFields::default()
+        })
+    }
+
+    #[test]
+    fn a_simulation_goes_on_with_the_consistent_words() {
+        let mut random = Random(8);
+        let (mut cases, mut several, mut fast) = (0, 0, 0);
+        for case in 0..400 {
+            let (dof, count) = (2 + case % 4, 1 + case % 3);
+            let Ok(mechanism) = mechanism(&mut random, dof, count) else { continue };
+            let signs = [Some(0), Some(0), Some(1), Some(-1), None];
+            let sign = |_| signs[(random.between(0.0, 5.0) as usize).min(4)];
+            let sliding: Vec<Option<i8>> = (0..count).map(sign).collect();
+            let problem = MechanismProblem::new(&mechanism, &sliding).unwrap();
+            let modes = contact_modes(&problem, Method::Enumerate).unwrap();
+            let (space, friction) = (mechanism.contact_space(), vec![0.6; count]);
+            let found = onward(space, &friction, &sliding).unwrap();
+            let consistent: Vec<_> = modes.consistent().collect();
+            assert_eq!(found.len(), consistent.len(), "{case}");
+            for (one, answer) in found.iter().zip(consistent) {
+                assert!(one.word.iter().copied().eq(answer.word.modes()), "{case}");
+                assert_eq!(one.undetermined, answer.determined == Forces::Undetermined, "{case}");
+                let forces = forces(space, &friction, answer.word).unwrap();
+                let size = forces.iter().flatten().fold(10.0_f64, |most, f| most.max(f.abs()));
+                let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * size * size;
+                let acceleration = space.acceleration(dof, &one.acceleration);
+                let same = acceleration.iter().zip(&answer.acceleration).all(|(a, b)| near(*a, *b));
+                assert!(same, "{case}: {acceleration:?} {answer:?}");
+                let flat = |of: &[[f64; 2]]| of.iter().flatten().copied().collect::<Vec<_>>();
+                let mut both = flat(&forces).into_iter().zip(flat(&answer.forces));
+                assert!(both.all(|(a, b)| near(a, b)), "{case}: {forces:?} {answer:?}");
+            }
+            cases += 1;
+            several += usize::from(found.len() > 1);
+            fast += usize::from(dof <= 3 && only_onward(space, &friction, &sliding).is_some());
+        }
+        assert!(cases > 300 && several > 5 && fast > 50, "{cases} {several} {fast}");
+    }
+}

@@ -100,7 +100,9 @@ pub struct Modes {
 impl Modes {
     fn of(mut answers: Vec<ModeAnswer>, complete: bool) -> Self {
         for answer in &mut answers {
-            answer.acceleration = std::mem::take(&mut answer.acceleration).unsigned_zero();
+            for part in &mut answer.acceleration {
+                *part = part.unsigned_zero();
+            }
             for force in &mut answer.forces {
                 *force = force.unsigned_zero();
             }
