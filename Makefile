@@ -95,7 +95,7 @@ bits: wheel
 	$(BIN)/python tests/bits.py
 
 bench:
-	cargo bench -p standfast-benches --bench collision --bench run --bench batch --bench modes
+	cargo bench -p standfast-benches --bench collision --bench run --bench batch --bench modes --bench mechanism
 
 # The explorer as a page of one file that needs no server: target/explorer/index.html, with the core as WebAssembly in it. Then
 # tests/python_api/test_wasm.py compares its answers with those of the wheel.

@@ -215,6 +215,22 @@ pub(crate) fn angle(field: impl Display, value: f64, allowed: &'static str) -> R
     in_range(field, value, -PI < value && value <= PI, allowed)
 }
 
+/// The coordinate of a joint or of the rotation of a chain, in rad: an angle that may exceed half a turn.
+pub(crate) fn joint_angle(field: impl Display, value: f64) -> Result<f64, Error> {
+    let allowed = "an angle in rad, from -2 pi to 2 pi";
+    if 2.0 * PI < value.abs() && value.abs() <= FULL_TURN {
+        return Err(Error::Unusable {
+            field: field.to_string(),
+            value: format!("{value:?}"),
+            allowed: format!(
+                "{allowed}; did you mean math.radians({value}) = {:?}?",
+                value.to_radians()
+            ),
+        });
+    }
+    in_range(field, value, value.abs() <= 2.0 * PI, allowed)
+}
+
 /// The largest size of a length, a speed or any other number given: its square does not overflow, and the
 /// square of its inverse does not vanish.
 pub(crate) const LARGEST: f64 = 1e150;

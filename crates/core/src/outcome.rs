@@ -262,6 +262,8 @@ pub enum ModelReason {
     Set,
     /// The run is one of a local model that is given by its parameters.
     Given,
+    /// Local: a mechanism is given by its rows in one posture.
+    Mechanism,
     /// Local: exact, because the body does not turn.
     Exact,
     /// Local: its error, measured along the run, is below the tolerance.
@@ -301,6 +303,7 @@ impl ModelReason {
         match self {
             Self::Set => "set by the option",
             Self::Given => "given by its parameters",
+            Self::Mechanism => "a mechanism is given by its rows in one posture",
             Self::Exact => "exact here: the body does not turn",
             Self::Measured => {
                 "its error, measured along the run against the full equations, is below the tolerance"
@@ -382,10 +385,10 @@ pub struct ZenoPoint {
     /// Estimated error of `elapsed`, in s, from the sum of the tail and from rounding. It does not include the error of the local model,
     /// which [`Options::tolerance`](crate::Options::tolerance) bounds.
     pub time_error: f64,
-    /// Configuration there; `None` for a model without a body.
-    pub q: Option<[f64; 3]>,
+    /// Configuration there: (r_x, r_y, θ) of a body in m, m, rad, or the coordinates of a mechanism; `None` for a model without a body.
+    pub q: Option<Vec<f64>>,
     /// Velocity there.
-    pub qdot: Option<[f64; 3]>,
+    pub qdot: Option<Vec<f64>>,
     /// Rotation θ (rad) and angular velocity ω (rad/s) there.
     pub rotation: [f64; 2],
     /// Gaps there, of the contacts of the posture, in m; a side of the body has no gap.

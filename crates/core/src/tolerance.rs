@@ -117,6 +117,19 @@ pub(crate) const INDEFINITE: f64 = 1e-14;
 /// about one error message only. Range: 1e-12 to 1e-6.
 pub(crate) const EQUAL_ACCELERATIONS: f64 = 1e-9;
 
+/// Deviation of rows, mass matrix and load from those of a rigid body up to which a mechanism counts as one. Unit: length of a row, mass, load.
+/// Libraries compute them with rounding errors of a few ε. A larger value would take a mechanism with a small other inertia for a body. Range:
+/// 1e-14 to 1e-10.
+pub(crate) const RIGID_ROWS: f64 = 1e-12;
+
+/// Distance of contact forces outside a friction cone that counts as zero where the forces of least norm are sought. Unit: the distance of the
+/// forces without cones from their cone. The value is above the rounding error of its few operations. Range: 1e-14 to 1e-9.
+pub(crate) const CONE_SLACK: f64 = 1e-12;
+
+/// Component of the unit vector of internal forces and torques that counts as zero where its sign is chosen. The value is above the rounding
+/// error of a component. Range: 1e-14 to 1e-6.
+pub(crate) const INTERNAL_COMPONENT: f64 = 1e-9;
+
 // --- Contact modes ---
 
 /// Margin of a test of Table I within which the test counts as a tie. Unit: load.

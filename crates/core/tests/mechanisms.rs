@@ -102,3 +102,39 @@ fn contact_space_of_a_biped() {
     close(one, 0.4372888897);
     close(two, 0.2928251793);
 }
+
+/// Rows of a point that one joint moves: multiples of each other but for rounding errors.
+#[test]
+fn a_point_that_moves_along_a_line_is_no_contact() {
+    for k in 0..200 {
+        let (sin, cos) = (0.1 + 0.007 * f64::from(k)).sin_cos();
+        let contact =
+            ContactRows { normal: vec![cos], tangential: vec![sin], ..ContactRows::default() };
+        let error = Mechanism::new(MechanismFields {
+            mass_matrix: vec![vec![0.7]],
+            load: vec![-1.0],
+            contacts: vec![contact],
+            ..MechanismFields::default()
+        });
+        let error = error.unwrap_err().to_string();
+        assert!(
+            error.starts_with("contacts.1.tangential = [a multiple of the normal row"),
+            "{error}"
+        );
+    }
+    // Two joints with a small angle between the rows are enough.
+    let rows = |angle: f64| ContactRows {
+        normal: vec![1.0, 0.0],
+        tangential: vec![1.0, angle],
+        ..ContactRows::default()
+    };
+    let of = |angle: f64| {
+        Mechanism::new(MechanismFields {
+            mass_matrix: vec![vec![1.0, 0.0], vec![0.0, 1.0]],
+            load: vec![-1.0, 0.0],
+            contacts: vec![rows(angle)],
+            ..MechanismFields::default()
+        })
+    };
+    assert!(of(1e-9).is_ok() && of(1e-11).is_err());
+}

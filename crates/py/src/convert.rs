@@ -58,6 +58,12 @@ pub(crate) fn pair_text(pair: [f64; 2]) -> String {
     format!("({}, {})", float(pair[0]), float(pair[1]))
 }
 
+/// Numbers as a list.
+pub(crate) fn numbers_text(numbers: &[f64]) -> String {
+    let texts: Vec<String> = numbers.iter().copied().map(float).collect();
+    format!("[{}]", texts.join(", "))
+}
+
 /// The first words of a text, up to some forty characters.
 pub(crate) fn first_words(text: &str) -> String {
     const LENGTH: usize = 40;
@@ -83,8 +89,8 @@ pub(crate) fn vector<'py>(py: Python<'py>, v: &standfast::Vector3) -> Bound<'py,
     vec![v.x, v.y, v.z].into_pyarray(py)
 }
 
-/// A function of the package with its keywords: the pickled form of one or many runs, together with the arguments. Repeating a
-/// run gives the same result to the last bit.
+/// A function or a class of the package with its keywords: the pickled form of an object, and of one or many runs together with the
+/// arguments. Repeating a run gives the same result to the last bit.
 pub(crate) fn question<'py>(
     function: Bound<'py, PyAny>,
     keywords: &Bound<'py, PyDict>,

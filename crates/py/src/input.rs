@@ -216,13 +216,15 @@ macro_rules! arguments {
 arguments! {
     real -> f64: width, height, radius, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
     real -> f64: tangential_restitution, theta, omega, time, neighbourhood, tolerance, energy, fps, speed;
-    optional -> Option<f64>: time_limit;
+    real -> f64: inertia, torque, angle;
+    optional -> Option<f64>: time_limit, center, at;
+    series -> Vec<f64>: normal, tangential, load;
     reals -> [f64; 2]: impulse, point, segment, center_of_mass, psi, phi, gaps, rates;
     reals -> [f64; 3]: q, qdot, wrench, free_acceleration;
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
     count -> usize: contact, event_limit, trials, seed;
-    word -> &'a str: ground, model, impact, stop, edges, jams, method, level, clock;
+    word -> &'a str: base, kind, ground, model, impact, stop, edges, jams, method, level, clock;
     some_word -> Option<&'a str>: simultaneous;
     flag -> bool: record, certify;
 }
@@ -453,6 +455,38 @@ pub(crate) fn series(path: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>>
         return Err(to_py(&Error::Unusable { field: path.into(), value, allowed }));
     }
     Ok(array.iter().copied().collect())
+}
+
+/// The coordinates of a chain.
+pub(crate) fn coordinates(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    series("q", value)
+}
+
+/// Inertia added to the diagonal of a mass matrix, or None.
+pub(crate) fn armature(value: &Bound<'_, PyAny>) -> PyResult<Option<Vec<f64>>> {
+    if value.is_none() { Ok(None) } else { series("armature", value).map(Some) }
+}
+
+/// The armature of one joint.
+pub(crate) fn armature_of_joint(value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    real("armature", value)
+}
+
+/// The length of a link.
+pub(crate) fn length_of_link(value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    real("length", value)
+}
+
+/// A mass matrix.
+pub(crate) fn mass_matrix(value: &Bound<'_, PyAny>) -> PyResult<Vec<Vec<f64>>> {
+    let values = doubles("mass_matrix", value)?;
+    let array = values.as_array();
+    if array.ndim() != 2 {
+        let value = format!("array of shape {:?}", array.shape());
+        let allowed = "an array of shape (dof, dof)".into();
+        return Err(to_py(&Error::Unusable { field: "mass_matrix".into(), value, allowed }));
+    }
+    Ok(array.rows().into_iter().map(|row| row.to_vec()).collect())
 }
 
 /// Sizes of kicks.

@@ -10,6 +10,8 @@ mod interrupt;
 mod input;
 mod options;
 mod posture;
+mod mechanism;
+mod chain;
 mod excitation;
 mod modes;
 mod enclosure;
@@ -32,6 +34,8 @@ mod _core {
     #[pymodule_export]
     use crate::batch::{PyRuns, simulate_many};
     #[pymodule_export]
+    use crate::chain::{PyChain, PyFoot, PyHoldingTorques, PyJoint, PyLink};
+    #[pymodule_export]
     use crate::enclosure::PyEnclosure;
     #[pymodule_export]
     use crate::error::SolverError;
@@ -41,6 +45,8 @@ mod _core {
     use crate::files::write_whole;
     #[pymodule_export]
     use crate::local_model::PyLocalModel;
+    #[pymodule_export]
+    use crate::mechanism::{PyContactRows, PyContactSpace, PyMechanism};
     #[pymodule_export]
     use crate::modes::{PyContactMode, PyContactProblem, PyModes, contact_modes};
     #[pymodule_export]

@@ -109,7 +109,7 @@ impl PyPhase {
 /// kind : "1-zeno", "2-zeno", … (the number of contacts that come to rest). contacts : their numbers. contact : the number, if
 /// there is only one, or None. time, elapsed : s. time_error : estimated error of the sum and of the clock, s. It does not include
 /// the rounding of the start as earlier impacts amplify it, nor the error of the local model, which `tolerance` bounds where "auto"
-/// chose this model. q, qdot : (3,), None without a body. gaps, gap_rates : (n,). theta, omega : rotation (rad) and angular velocity
+/// chose this model. q, qdot : (3,), of a mechanism (dof,), None without a body. gaps, gap_rates : (n,). theta, omega : rotation (rad) and angular velocity
 /// (rad/s). method : how the impacts were summed. certified : whether the sum is proved. plastic : whether these contacts, all of
 /// restitution 0, come to rest in one impact without rebound, so that no impacts accumulate. first_summed : index of the first
 /// collision that was summed and not simulated.
@@ -126,8 +126,8 @@ struct ZenoFields {
     time: f64,
     elapsed: f64,
     time_error: f64,
-    q: Option<[f64; 3]>,
-    qdot: Option<[f64; 3]>,
+    q: Option<Vec<f64>>,
+    qdot: Option<Vec<f64>>,
     rotation: [f64; 2],
     gaps: Vec<f64>,
     gap_rates: Vec<f64>,
@@ -195,12 +195,12 @@ impl PyZenoPoint {
 
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.0.q.map(|q| q.to_vec().into_pyarray(py))
+        self.0.q.clone().map(|q| q.into_pyarray(py))
     }
 
     #[getter]
     fn qdot<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.0.qdot.map(|qdot| qdot.to_vec().into_pyarray(py))
+        self.0.qdot.clone().map(|qdot| qdot.into_pyarray(py))
     }
 
     #[getter]
@@ -347,6 +347,11 @@ impl PyRun {
                 (start.gaps, start.rates, start.theta, start.omega).into_pyobject(py)?;
             return Ok((question(model.getattr("simulate")?, &keywords)?, arguments));
         }
+        if let (Some(mechanism), Some([q, qdot])) = (self.mechanism(), run.mechanism_start()) {
+            let simulate = py.import("standfast")?.getattr("simulate")?;
+            let arguments = (mechanism, q.to_vec(), qdot.to_vec()).into_pyobject(py)?;
+            return Ok((question(simulate, &keywords)?, arguments));
+        }
         let posture = run.posture().cloned().map(PyPosture);
         let start = run.start();
         let (q, qdot): ([f64; 3], [f64; 3]) = (start.q.into(), start.qdot.into());
@@ -390,16 +395,16 @@ impl PyRun {
         self.0.elapsed()
     }
 
-    /// Final configuration, (3,) m, m, rad; None without a body.
+    /// Final configuration, (3,) m, m, rad; of a mechanism (dof,) m or rad; None without a body.
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.0.posture().map(|_| vector(py, &self.0.state().q))
+        self.0.coordinates().map(|[q, _]| q.into_pyarray(py))
     }
 
-    /// Final velocity, (3,) m/s, m/s, rad/s; None without a body.
+    /// Final velocity, (3,) m/s, m/s, rad/s; of a mechanism (dof,); None without a body.
     #[getter]
     fn qdot<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.0.posture().map(|_| vector(py, &self.0.state().qdot))
+        self.0.coordinates().map(|[_, qdot]| qdot.into_pyarray(py))
     }
 
     /// Final gaps, (n,) m.
@@ -414,7 +419,7 @@ impl PyRun {
         self.0.rates().into_pyarray(py)
     }
 
-    /// Final rotation, rad.
+    /// Final rotation, rad; 0 for a mechanism, which has no single rotation.
     #[getter]
     fn theta(&self) -> f64 {
         self.0.state().q.z
@@ -426,10 +431,10 @@ impl PyRun {
         self.0.state().qdot.z
     }
 
-    /// Acceleration at the start of an endless slide, (3,) m/s², m/s², rad/s²; None otherwise.
+    /// Acceleration at the start of an endless slide, (3,) m/s², m/s², rad/s², of a mechanism (dof,); None otherwise.
     #[getter]
     fn acceleration<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
-        self.0.acceleration().map(|a| a.to_vec().into_pyarray(py))
+        self.0.acceleration().map(|a| a.into_pyarray(py))
     }
 
     /// The contacts at the end of an inconsistent or ambiguous run, for `contact_modes`; None otherwise.
@@ -463,7 +468,13 @@ impl PyRun {
         self.0.contacts().into_iter().map(PyRunContact).collect()
     }
 
-    /// The posture; None for a run of a LocalModel given by parameters.
+    /// The mechanism; None for a run of a posture or of a LocalModel.
+    #[getter]
+    fn mechanism(&self) -> Option<PyMechanism> {
+        self.0.mechanism().cloned().map(PyMechanism)
+    }
+
+    /// The posture; None for a run of a mechanism or of a LocalModel given by parameters.
     #[getter]
     fn posture(&self) -> Option<PyPosture> {
         self.0.posture().cloned().map(PyPosture)
@@ -529,25 +540,28 @@ impl PyRun {
         self.0.warnings().to_vec()
     }
 
-    /// (q, qdot), each (..., 3), at times t : (...) s of the run; exact within a phase. At the time of an impact it is the state
+    /// (q, qdot), each (..., 3), of a mechanism (..., dof), at times t : (...) s of the run; exact within a phase. At the time of an impact it is the state
     /// after the impact. Raises ValueError if t is outside the run, if the run was not recorded, or if t is so close to the end of
     /// a sum of impacts that more than 100 000 events of the sum are before t.
     fn at<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Pair<'py>> {
-        let posture = self.0.posture().is_some();
-        let row = |v: &standfast::Vector3| {
-            if posture { [v.x, v.y, v.z] } else { [f64::NAN, f64::NAN, v.z] }
-        };
+        let dof = self.0.mechanism().map_or(3, Mechanism::dof);
         let t = doubles("t", t)?;
-        let states = self.at_each(&t, 6, |run, t| {
-            let state = run.state(t)?;
-            Ok([row(&state.q), row(&state.qdot)].into_iter().flatten())
+        let states = self.at_each(&t, 2 * dof, |run, t| {
+            Ok(match run.coordinates(t)? {
+                Some(all) => all.concat(),
+                // Without a body only the rotation is known.
+                None => {
+                    let State { q, qdot } = run.state(t)?;
+                    [[f64::NAN, f64::NAN, q.z], [f64::NAN, f64::NAN, qdot.z]].concat()
+                }
+            })
         })?;
-        let shape = [t.as_array().shape(), &[3]].concat();
+        let shape = [t.as_array().shape(), &[dof]].concat();
         let half = |from: usize| {
-            let values = states.chunks_exact(6).flat_map(|state| &state[from..from + 3]);
+            let values = states.chunks_exact(2 * dof).flat_map(|state| &state[from..from + dof]);
             array(py, values.copied().collect(), &shape)
         };
-        Ok((half(0)?, half(3)?))
+        Ok((half(0)?, half(dof)?))
     }
 
     /// Gaps of the contacts of the posture, (..., n) m, at times t : (...) s of the run. See `at`.
@@ -570,7 +584,7 @@ impl PyRun {
 
     /// World positions (x, y) of the contact points of `run.contacts`, (..., k, 2) m, at times t : (...) s of the run. In the full model
     /// x_i + r + (R(θ) − 1) d_i with the arm d_i = x_i − center_of_mass, in the local model x_i + r + θ (−d_y, d_x); of a side, the corner of
-    /// the ground. NaN without a body.
+    /// the ground. NaN without a body, and for a mechanism.
     /// See `at`.
     fn points_at<'py>(
         &self,
@@ -617,7 +631,7 @@ impl PyRun {
         Ok((t, q, qdot))
     }
 
-    /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y, J, at times t : (...) s of the run; NaN without a body.
+    /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y, of a mechanism ½ q̇ᵀM q̇ − loadᵀq, J, at times t : (...) s of the run; NaN without a body.
     fn energy<'py>(
         &self,
         py: Python<'py>,

@@ -351,7 +351,10 @@ impl<'a> Shadow<'a> {
                 self.sum(*tail, point, &raw.gaps, end.since(self.clock), next.is_none())?;
                 self.clock = end;
             }
-            Motion::Held(..) | Motion::Cycles { .. } => return Err(ModelReason::NoEnd),
+            Motion::Held(..)
+            | Motion::Cycles { .. }
+            | Motion::Jointed { .. }
+            | Motion::JointedTail { .. } => return Err(ModelReason::NoEnd),
         }
         for (n, c) in collisions.iter().enumerate() {
             if *zeno > 0

@@ -15,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::body::mechanism::MechanismFields;
 use crate::error::Error;
-use crate::math::mass_vector::{Coordinates, MassVector};
+use crate::math::mass_vector::{Coordinates, MassVector, independent};
 use crate::math::simplex::maximise;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::tolerance::{DEPENDENT_ROW, EQUAL_ACCELERATIONS, INDEFINITE};
@@ -26,6 +26,7 @@ pub struct ContactSpace {
     w: DMatrix<f64>,
     b: DVector<f64>,
     rank: usize,
+    reach: f64,
     /// The coordinates that are not locked.
     free: Vec<usize>,
     /// M with the armature, its factor L, and the load, of these coordinates.
@@ -73,9 +74,19 @@ impl ContactSpace {
         self.w[(2 * i + 1, 2 * j + 1)]
     }
 
+    /// The largest acceleration of a contact without contact forces, in m/s².
+    pub(crate) fn largest_pull(&self) -> f64 {
+        self.b.amax()
+    }
+
     /// Gravity into the ground of a contact, g_i = −b_n,i, in m/s².
     pub(crate) fn gravity(&self, i: usize) -> f64 {
         -self.b[2 * i + 1]
+    }
+
+    /// The largest speed of a contact, normal or tangential, per unit speed |ẏ|: the largest √W_kk.
+    pub(crate) fn reach(&self) -> f64 {
+        self.reach
     }
 
     /// The coordinates that are not locked, from 0.
@@ -164,9 +175,12 @@ impl ContactSpace {
             rows.extend([row(&contact.tangential), row(&contact.normal)]);
         }
         for (i, pair) in rows.chunks_exact(2).enumerate() {
-            independent(i, pair)?;
+            two_directions(i, pair)?;
         }
-        let basis = span(&rows, f);
+        let basis: Vec<Coordinates> = independent(&rows.iter().collect::<Vec<_>>(), DEPENDENT_ROW)
+            .into_iter()
+            .map(|(_, axis)| axis)
+            .collect();
         let rank = basis.len();
         let mut hidden = DVector::zeros(f);
         let (mut kept_rows, mut kept_pull, mut kept) = (rows.clone(), pull.clone(), None);
@@ -200,6 +214,7 @@ impl ContactSpace {
         );
         falls_down(fields, &rows, &pull, &b)?;
         Ok(Self {
+            reach: w.diagonal().max().sqrt(),
             w,
             b,
             rank,
@@ -259,13 +274,12 @@ fn solve_lower(factor: &DMatrix<f64>, column: impl Iterator<Item = f64>) -> Coor
 }
 
 /// Checks that the two rows of a contact are independent.
-fn independent(contact: usize, pair: &[Coordinates]) -> Result<(), Error> {
+fn two_directions(contact: usize, pair: &[Coordinates]) -> Result<(), Error> {
     let [tangent, normal] = pair else { return Ok(()) };
     let (long, short) = (normal.norm_squared(), tangent.norm_squared());
-    let across = normal.dot(tangent);
-    // The squared sine of the angle between them.
-    let sine = 1.0 - across * across / (long * short);
-    if sine > DEPENDENT_ROW * DEPENDENT_ROW {
+    // The part of one across the other; 1 − cos² of the angle between them would not resolve a sine below 1e-8.
+    let across = tangent.plus(normal, -normal.dot(tangent) / long);
+    if across.norm() > DEPENDENT_ROW * tangent.norm() {
         return Ok(());
     }
     let (field, value) = match (long > 0.0, short > 0.0) {
@@ -278,31 +292,6 @@ fn independent(contact: usize, pair: &[Coordinates]) -> Result<(), Error> {
         value: format!("[{value} in the coordinates that are not locked]"),
         allowed: "a normal and a tangential row that are independent, so that the contact can move in both directions".into(),
     })
-}
-
-/// Orthonormal directions that span these rows, the longest rows first, by pivoting.
-fn span(rows: &[Coordinates], dimension: usize) -> Vec<Coordinates> {
-    let mut left: Vec<(Coordinates, f64)> =
-        rows.iter().map(|row| (row.clone(), row.norm())).collect();
-    let mut basis: Vec<Coordinates> = Vec::new();
-    while basis.len() < dimension {
-        // The part of a row that is left, in units of its length.
-        let share = |(rest, length): &(Coordinates, f64)| rest.norm() / length;
-        let longest = (0..left.len()).max_by(|&i, &j| share(&left[i]).total_cmp(&share(&left[j])));
-        let Some(k) = longest.filter(|&k| share(&left[k]) > DEPENDENT_ROW) else { break };
-        let mut axis = left[k].0.scaled(1.0 / left[k].0.norm());
-        for before in &basis {
-            let part = before.dot(&axis);
-            axis.add_scaled(before, -part);
-        }
-        axis = axis.scaled(1.0 / axis.norm());
-        for (rest, _) in &mut left {
-            let part = axis.dot(rest);
-            rest.add_scaled(&axis, -part);
-        }
-        basis.push(axis);
-    }
-    basis
 }
 
 /// Refuses a load in which gravity points upwards. It lifts all contacts off; and either forces at the contacts would hold the opposite load,

@@ -13,13 +13,14 @@
 
 use std::sync::Arc;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 use crate::body::contact_space::ContactSpace;
 use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::posture::{MAX_CONTACTS, Posture};
 use crate::error::{Error, finite, friction, in_range, restitution};
+use crate::math::mass_vector::Coordinates;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::tolerance::ASYMMETRY;
 
@@ -225,6 +226,17 @@ impl Mechanism {
             phi: [0.0; 2],
             restitution: [0, 1].map(|i| self.restitution(i)),
         })
+    }
+
+    /// All coordinates, in m or rad, or their rates, from those of the contact space; locked ones are zero. Without the hidden part.
+    pub(crate) fn coordinates(&self, y: &Coordinates) -> Vec<f64> {
+        let space = self.contact_space();
+        let mut all = vec![0.0; self.dof()];
+        let none = DVector::zeros(space.free().len());
+        for (&k, value) in space.free().iter().zip(space.whole(y, &none).iter()) {
+            all[k] = value.unsigned_zero();
+        }
+        all
     }
 
     /// Energy ½ q̇ᵀ(M + armature)q̇ − loadᵀ q, in J, for small displacements q from the posture. The load is constant; locked coordinates

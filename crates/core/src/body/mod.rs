@@ -1,10 +1,13 @@
 //! The body, its contacts and the terrain under them.
 
+mod chain;
+mod chain_equations;
 pub(crate) mod contact;
 mod contact_space;
 mod drawn;
 pub(crate) mod geometry;
 pub(crate) mod ground;
+mod holding;
 pub(crate) mod local_model;
 pub(crate) mod mechanism;
 pub(crate) mod outline;
@@ -16,9 +19,12 @@ pub(crate) mod state;
 pub(crate) mod terrain;
 
 pub use crate::tolerance::TOUCH;
+pub use chain::{Base, Chain, ChainFields, Foot, Joint, JointKind, Link};
+pub use chain_equations::ChainPoints;
 pub use contact::Contact;
 pub use contact_space::ContactSpace;
 pub use drawn::GroundPiece;
+pub use holding::HoldingTorques;
 pub use local_model::{LocalModel, LocalModelFields, LocalState};
 pub use mechanism::{ContactRows, MAX_DOF, Mechanism, MechanismFields};
 pub use posture::{GroundKind, MAX_CONTACTS, Posture, PostureFields};

@@ -5,6 +5,8 @@ use std::fmt::Debug;
 use nalgebra::Vector3;
 use smallvec::SmallVec;
 
+use crate::tolerance::DEPENDENT_ROW;
+
 /// A vector in the metric of the mass.
 pub(crate) trait MassVector: Clone + PartialEq + Debug {
     /// At most as many vectors as they have components.
@@ -150,6 +152,16 @@ impl MassVector for Vector3<f64> {
     fn plus(&self, other: &Self, factor: f64) -> Self {
         self + other * factor
     }
+
+    #[inline(always)]
+    fn norm_squared(&self) -> f64 {
+        nalgebra::Vector3::norm_squared(self)
+    }
+
+    #[inline(always)]
+    fn norm(&self) -> f64 {
+        nalgebra::Vector3::norm(self)
+    }
 }
 
 /// Any number of components, without allocation for up to four.
@@ -214,4 +226,45 @@ impl MassVector for Coordinates {
     fn cross(&self, _: &Self) -> Option<Self> {
         None
     }
+}
+
+/// Independent ones of these rows, with the orthonormal directions that they span: each direction is the part of its row that is orthogonal to
+/// the rows before it. The row with the largest part, in units of its length, comes first. `apart`: the least such part.
+pub(crate) fn independent<V: MassVector>(rows: &[&V], apart: f64) -> SmallVec<[(usize, V); 4]> {
+    let mut left: SmallVec<[(V, f64); 4]> =
+        rows.iter().map(|row| ((*row).clone(), row.norm())).collect();
+    let mut basis: SmallVec<[(usize, V); 4]> = SmallVec::new();
+    let Some(dimension) = rows.first().map(|row| row.len()) else { return basis };
+    while basis.len() < dimension {
+        let share = |(rest, length): &(V, f64)| rest.norm() / length;
+        let longest = (0..left.len()).max_by(|&i, &j| share(&left[i]).total_cmp(&share(&left[j])));
+        let Some(k) = longest.filter(|&k| share(&left[k]) > apart) else { break };
+        let mut axis = left[k].0.divided(left[k].0.norm());
+        // The part along earlier directions is rounding error, which a short rest magnifies.
+        for (_, before) in &basis {
+            let part = before.dot(&axis);
+            axis.add_scaled(before, -part);
+        }
+        axis = axis.divided(axis.norm());
+        for (rest, _) in &mut left {
+            let part = axis.dot(rest);
+            rest.add_scaled(&axis, -part);
+        }
+        left[k].0 = V::zeros(dimension);
+        basis.push((k, axis));
+    }
+    basis
+}
+
+/// The shortest vector with these products with these rows; `None` if rows depend on each other.
+pub(crate) fn with_products(rows: &[&Coordinates], products: &[f64]) -> Option<Coordinates> {
+    let basis = independent(rows, DEPENDENT_ROW);
+    if basis.len() < rows.len() {
+        return None;
+    }
+    let mut x = Coordinates::zeros(rows.first()?.len());
+    for (k, axis) in &basis {
+        x.add_scaled(axis, (products[*k] - rows[*k].dot(&x)) / rows[*k].dot(axis));
+    }
+    Some(x)
 }

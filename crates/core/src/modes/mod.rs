@@ -8,7 +8,6 @@ mod enumerate;
 mod flats;
 mod hyperstatic;
 mod judge;
-#[allow(dead_code, reason = "onward and forces are for simulations of mechanisms")]
 mod mechanism;
 mod painleve;
 mod pair;
@@ -23,7 +22,6 @@ mod words;
 pub use crate::tolerance::TIE;
 pub use answer::{Condition, Forces, Margin, ModeAnswer};
 pub use mechanism::MechanismProblem;
-#[allow(unused_imports, reason = "for simulations of mechanisms")]
 pub(crate) use mechanism::{Onward, forces as mechanism_forces, onward};
 pub use painleve::Jamming;
 pub(crate) use pair::only_mode;

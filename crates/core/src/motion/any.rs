@@ -4,17 +4,19 @@
 
 use std::collections::BTreeSet;
 
+use nalgebra::Vector3;
+
 use crate::body::contact::{ContactLetters, ContactValues};
 use crate::body::posture::Posture;
 use crate::collisions::log::LastImpacts;
 use crate::flight::is_lost;
 use crate::modes::Mode;
 use crate::motion::bounces::Bounces;
-use crate::motion::driver::{Coordinates, Driver, DriverStep};
+use crate::motion::driver::{Coordinates, Driver, DriverStep, Planar};
 use crate::motion::frame::Base;
 use crate::motion::nested::Limit;
 use crate::motion::record::{Moment, Motion, ZenoRecord};
-use crate::motion::slow::{ChatterMonitor, InstantImpacts};
+use crate::motion::slow::{InstantImpacts, SlowContacts};
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Outcome, ZenoMethod};
 use crate::sustained::edges::{Entry, Path};
@@ -34,10 +36,8 @@ pub(crate) struct AnyContacts {
     pub(super) contacts: usize,
     /// The largest speed so far, in m/s.
     pub(super) fastest: f64,
-    pub(super) sequence: InstantImpacts,
-    /// Number of impacts for which a contact slow enough to stop has waited for others.
-    pub(super) waiting: usize,
-    pub(super) chatter: ChatterMonitor,
+    pub(super) sequence: InstantImpacts<Vector3<f64>>,
+    pub(super) slow: SlowContacts,
     /// Contacts that were set to rest because they chattered, and the speed below which they did, in m/s.
     pub(super) stopped_chatter: (BTreeSet<usize>, f64),
     /// Whether the warning that friction does not act in impacts has been given.
@@ -79,7 +79,8 @@ impl Coordinates for AnyContacts {
             state.points.iter().any(|p| p.place.contact == side.contact && p.h == 0.0)
         };
         let sides = state.sides.iter().filter(closed).map(|side| side.contact).collect();
-        Moment { clock: driver.log.clock, state: state.state(), gaps, rates, sides }
+        let (clock, mechanism) = (driver.log.clock, None);
+        Moment { clock, state: state.state(), gaps, rates, sides, mechanism }
     }
 
     fn watch_ground(driver: &mut Driver<'_, Self>) {
@@ -120,6 +121,17 @@ impl Coordinates for AnyContacts {
         driver.contact_phase(rests, fresh)
     }
 
+    fn last_impacts(driver: &Driver<'_, Self>) -> String {
+        driver.body.last.family(&driver.log)
+    }
+
+    fn last_warnings(driver: &mut Driver<'_, Self>) {
+        let chatter = driver.chatter_warning();
+        driver.record.warnings.extend(chatter);
+    }
+}
+
+impl Planar for AnyContacts {
     fn enter_contact(driver: &mut Driver<'_, Self>, _: &[bool]) -> Result<BodyState, Outcome> {
         Ok(driver.body.state.clone())
     }
@@ -170,15 +182,6 @@ impl Coordinates for AnyContacts {
     ) -> Option<Outcome> {
         driver.sum_cycles(&before, limit)
     }
-
-    fn last_impacts(driver: &Driver<'_, Self>) -> String {
-        driver.body.last.family(&driver.log)
-    }
-
-    fn last_warnings(driver: &mut Driver<'_, Self>) {
-        let chatter = driver.chatter_warning();
-        driver.record.warnings.extend(chatter);
-    }
 }
 
 impl<'a> Driver<'a, AnyContacts> {
@@ -196,9 +199,8 @@ impl<'a> Driver<'a, AnyContacts> {
             contacts: posture.distinct().count() + state.sides.len(),
             state,
             fastest: 0.0,
-            sequence: InstantImpacts::default(),
-            waiting: 0,
-            chatter: ChatterMonitor::default(),
+            sequence: InstantImpacts::none(Vector3::zeros()),
+            slow: SlowContacts::default(),
             stopped_chatter: (BTreeSet::new(), 0.0),
             friction_warned: false,
             last: LastImpacts::default(),

@@ -19,7 +19,7 @@ use crate::body::posture::Posture;
 use crate::collisions::log::{Log, names};
 use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
-use crate::modes::{ContactProblem, Jamming, Mode};
+use crate::modes::{Jamming, Mode};
 use crate::motion::frame::{Base, Snapshot};
 use crate::motion::ground_watch::GroundWatch;
 use crate::motion::nested::{Lap, Limit, NestedSequence};
@@ -115,6 +115,15 @@ pub(crate) trait Coordinates: Sized {
     /// Continues from these points with zero gap and rate. `fresh`: at the start of the run.
     fn rest(driver: &mut Driver<'_, Self>, rests: ContactValues<bool>, fresh: bool) -> DriverStep;
 
+    /// What the impacts before the event limit have in common, in words.
+    fn last_impacts(driver: &Driver<'_, Self>) -> String;
+
+    /// Adds the warnings at the end of the run.
+    fn last_warnings(driver: &mut Driver<'_, Self>);
+}
+
+/// The coordinates of a rigid body, and what its contact phases need of them.
+pub(crate) trait Planar: Coordinates {
     /// The body for a contact phase of these points; an outcome: the run ends here.
     fn enter_contact(driver: &mut Driver<'_, Self>, rests: &[bool]) -> Result<BodyState, Outcome>;
 
@@ -147,12 +156,6 @@ pub(crate) trait Coordinates: Sized {
 
     /// Moves to the limit of infinitely many cycles.
     fn sum_cycles(driver: &mut Driver<'_, Self>, body: BodyState, limit: Limit) -> Option<Outcome>;
-
-    /// What the impacts before the event limit have in common, in words.
-    fn last_impacts(driver: &Driver<'_, Self>) -> String;
-
-    /// Adds the warnings at the end of the run.
-    fn last_warnings(driver: &mut Driver<'_, Self>);
 }
 
 impl<'a, C: Coordinates> Driver<'a, C> {
@@ -265,9 +268,13 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         {
             self.record.warnings.push(FACES_DOWN.into());
         }
-        if let Some(problem) = &self.record.undecided {
-            self.record.warnings.extend(undecided(outcome, problem));
-        }
+        let problems = (&self.record.undecided, &self.record.undecided_mechanism);
+        let jamming = match problems {
+            (Some(problem), _) => Some(problem.jamming()),
+            (_, Some(problem)) => Some(problem.jamming()),
+            _ => None,
+        };
+        self.record.warnings.extend(jamming.and_then(|jams| undecided(outcome, jams)));
         if outcome == Outcome::Escape
             && let Some(posture) = &self.record.base.posture
             && posture.fields().gravity > 0.0
@@ -345,6 +352,33 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         C::rest(self, rests, fresh)
     }
 
+    /// Begins the record of a sum of impacts that starts in this state.
+    pub(super) fn begin_sum(&mut self, start: &BodyState) {
+        self.log.enter(&ContactValues::from_elem(Mode::Separate, start.points.len()));
+        if self.log.record {
+            let (start, fastest) = (Box::new(start.clone()), C::largest_speed(self));
+            self.write(Motion::Cycles { start, fastest });
+        }
+    }
+
+    /// Begins a span of the record.
+    pub(super) fn write(&mut self, motion: Motion) {
+        self.record.spans.push(Span {
+            clock: self.log.clock,
+            motion,
+            cause: self.cause,
+            first_collision: self.log.collisions.len(),
+        });
+    }
+
+    /// Records a Zeno point; an outcome: the run ends with it.
+    pub(super) fn zeno_point(&mut self, zeno: ZenoRecord) -> Option<Outcome> {
+        self.record.zeno.push(zeno);
+        (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno)
+    }
+}
+
+impl<C: Planar> Driver<'_, C> {
     /// A contact phase from these points at rest on.
     pub(super) fn contact_phase(
         &mut self,
@@ -387,7 +421,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         self.cause = phase.cause;
         self.record.warnings.append(&mut phase.warnings);
         self.record.undecided = phase.undecided.take().map(Box::new);
-        self.record.acceleration = phase.acceleration.take();
+        self.record.acceleration = phase.acceleration.take().map(Vec::from);
         let mut body = phase.body;
         if let PhaseEnd::Leave(i, side) = end {
             let now = self.log.clock;
@@ -464,35 +498,10 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         }
         C::sum_cycles(self, body, limit).into()
     }
-
-    /// Begins the record of a sum of impacts that starts in this state.
-    pub(super) fn begin_sum(&mut self, start: &BodyState) {
-        self.log.enter(&ContactValues::from_elem(Mode::Separate, start.points.len()));
-        if self.log.record {
-            let (start, fastest) = (Box::new(start.clone()), C::largest_speed(self));
-            self.write(Motion::Cycles { start, fastest });
-        }
-    }
-
-    /// Begins a span of the record.
-    pub(super) fn write(&mut self, motion: Motion) {
-        self.record.spans.push(Span {
-            clock: self.log.clock,
-            motion,
-            cause: self.cause,
-            first_collision: self.log.collisions.len(),
-        });
-    }
-
-    /// Records a Zeno point; an outcome: the run ends with it.
-    pub(super) fn zeno_point(&mut self, zeno: ZenoRecord) -> Option<Outcome> {
-        self.record.zeno.push(zeno);
-        (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno)
-    }
 }
 
 /// What to know about the contact modes at the end of a run that has none to go on with, or several.
-fn undecided(outcome: Outcome, problem: &ContactProblem) -> Option<String> {
+fn undecided(outcome: Outcome, jamming: Vec<Jamming>) -> Option<String> {
     match outcome {
         Outcome::Ambiguous => Some(
             "several contact modes are consistent, and the laws of rigid bodies do not choose: undecided has the problem, contact_modes lists them"
@@ -500,7 +509,7 @@ fn undecided(outcome: Outcome, problem: &ContactProblem) -> Option<String> {
         ),
         Outcome::Inconsistent => {
             let jams: Vec<Jamming> =
-                problem.jamming().into_iter().filter(|jam| jam.margin < 0.0).collect();
+                jamming.into_iter().filter(|jam| jam.margin < 0.0).collect();
             let contacts: BTreeSet<usize> = jams.iter().map(|jam| jam.contact.index()).collect();
             let least = jams.iter().map(|jam| jam.critical_friction).fold(f64::INFINITY, f64::min);
             (!jams.is_empty()).then(|| {

@@ -1,6 +1,8 @@
 //! Frames convert the coordinates in which a part of the motion is computed to q and q̇.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{DVector, Vector2, Vector3};
+
+use crate::body::Mechanism;
 
 use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
@@ -10,7 +12,9 @@ use crate::collisions::local::{advance, fly_for};
 use crate::collisions::log::{Center, Spin};
 use crate::math::clock::Clock;
 use crate::math::turn::Turn;
+use crate::math::unsigned_zero::UnsignedZero;
 use crate::sustained::BodyState;
+use crate::sustained::mechanism::MechanismState;
 use crate::zeno::{FrozenModel, Gaps, Impulses};
 
 /// The state at an instant: in a frozen frame, the gaps and the impulses since its start; in the full model, gaps, centre of mass
@@ -51,6 +55,36 @@ pub(crate) struct Base {
     pub(crate) count: usize,
     /// A model without a body, and its start.
     pub(crate) reduced: Option<Box<(LocalModel, LocalState)>>,
+    /// A mechanism, and its start.
+    pub(crate) mechanism: Option<Box<MechanismStart>>,
+}
+
+/// The start of a run of a mechanism.
+#[derive(Debug, Clone)]
+pub(crate) struct MechanismStart {
+    pub(crate) mechanism: Mechanism,
+    /// All coordinates and their rates.
+    pub(crate) q: Vec<f64>,
+    pub(crate) qdot: Vec<f64>,
+    /// The hidden motion, see [`ContactSpace`](crate::body::ContactSpace).
+    pub(crate) hidden: DVector<f64>,
+    pub(crate) hidden_velocity: DVector<f64>,
+}
+
+impl MechanismStart {
+    /// All coordinates and their rates, in m or rad, `t` seconds after the start.
+    pub(crate) fn coordinates(&self, state: &MechanismState, t: f64) -> [Vec<f64>; 2] {
+        let space = self.mechanism.contact_space();
+        let velocity = &self.hidden_velocity + space.hidden() * t;
+        let place = &self.hidden + &self.hidden_velocity * t + space.hidden() * (0.5 * t * t);
+        [(&state.y, place, &self.q), (&state.v, velocity, &self.qdot)].map(|(y, hidden, start)| {
+            let mut all = start.clone();
+            for (&k, value) in space.free().iter().zip(space.whole(y, &hidden).iter()) {
+                all[k] = value.unsigned_zero();
+            }
+            all
+        })
+    }
 }
 
 impl Base {
@@ -62,13 +96,21 @@ impl Base {
             start: *start,
             count,
             reduced: None,
+            mechanism: None,
         }
+    }
+
+    pub(crate) fn of_mechanism(start: MechanismStart) -> Self {
+        let count = start.mechanism.contacts().len();
+        let mechanism = Some(Box::new(start));
+        let start = State::at_rest([0.0; 3]);
+        Self { posture: None, body: None, start, count, reduced: None, mechanism }
     }
 
     pub(crate) fn of_parameters(model: &LocalModel, start: LocalState) -> Self {
         let reduced = Some(Box::new((*model, start)));
         let start = State::new([0.0, 0.0, start.theta], [0.0, 0.0, start.omega]);
-        Self { posture: None, body: None, start, count: 2, reduced }
+        Self { posture: None, body: None, start, count: 2, reduced, mechanism: None }
     }
 
     pub(crate) fn spin(&self) -> Spin {

@@ -276,9 +276,7 @@ impl Driver<'_, AnyContacts> {
 
     pub(super) fn arrest(&mut self, stopped: &[bool]) {
         let change = self.body.state.arrest(stopped);
-        for cycle in &mut self.body.sequence.cycles {
-            cycle.change += change;
-        }
+        self.body.sequence.changes(&change);
     }
 
     /// Applies an impulse (tangential, normal) per unit mass at point `i`.
@@ -289,8 +287,6 @@ impl Driver<'_, AnyContacts> {
     /// The same at the point on the normal of point `i` with this arm `c`.
     pub(super) fn push(&mut self, i: usize, impulse: [f64; 2], c: f64) {
         let change = self.body.state.push(i, impulse, c);
-        for cycle in &mut self.body.sequence.cycles {
-            cycle.change += change;
-        }
+        self.body.sequence.pushed(i, impulse[0], &change);
     }
 }

@@ -7,6 +7,9 @@ mod driver;
 pub(crate) mod frame;
 mod ground_watch;
 mod impacts;
+mod mechanism;
+mod mechanism_contact;
+mod mechanism_impacts;
 mod pair;
 mod pair_contact;
 mod pair_flight;
@@ -20,4 +23,5 @@ mod without_body;
 
 pub(crate) use any::AnyContacts;
 pub(crate) use driver::Driver;
+pub(crate) use mechanism::Jointed;
 pub(crate) use pair::Pair;

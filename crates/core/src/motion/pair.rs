@@ -13,7 +13,7 @@ use crate::impact::newton::{Hit, SequenceEnd};
 use crate::math::clock::Clock;
 use crate::modes::Mode;
 use crate::motion::bounces::{Bounces, Settled};
-use crate::motion::driver::{Coordinates, Driver, DriverStep};
+use crate::motion::driver::{Coordinates, Driver, DriverStep, Planar};
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::nested::Limit;
 use crate::motion::record::{InFrame, Moment, Motion, Tail, ZenoRecord};
@@ -169,6 +169,21 @@ impl Coordinates for Pair {
         }
     }
 
+    fn last_impacts(driver: &Driver<'_, Self>) -> String {
+        driver.next_landing()
+    }
+
+    /// Impacts in these coordinates are frictionless.
+    fn last_warnings(driver: &mut Driver<'_, Self>) {
+        let Some(posture) = &driver.record.base.posture else { return };
+        let mut contacts = posture.contacts().iter().zip(driver.log.struck);
+        if contacts.any(|(contact, struck)| struck && contact.friction > 0.0) {
+            driver.record.warnings.push(NO_FRICTION.into());
+        }
+    }
+}
+
+impl Planar for Pair {
     fn enter_contact(driver: &mut Driver<'_, Self>, rests: &[bool]) -> Result<BodyState, Outcome> {
         if rests == [true, true] {
             driver.unfreeze();
@@ -214,19 +229,6 @@ impl Coordinates for Pair {
         limit: Limit,
     ) -> Option<Outcome> {
         driver.sum_cycles(&before, &limit)
-    }
-
-    fn last_impacts(driver: &Driver<'_, Self>) -> String {
-        driver.next_landing()
-    }
-
-    /// Impacts in these coordinates are frictionless.
-    fn last_warnings(driver: &mut Driver<'_, Self>) {
-        let Some(posture) = &driver.record.base.posture else { return };
-        let mut contacts = posture.contacts().iter().zip(driver.log.struck);
-        if contacts.any(|(contact, struck)| struck && contact.friction > 0.0) {
-            driver.record.warnings.push(NO_FRICTION.into());
-        }
     }
 }
 

@@ -6,11 +6,13 @@ use crate::body::contact::{ContactLetters, PerContact};
 use crate::body::state::State;
 use crate::collisions::log::{Center, Collision, Spin};
 use crate::math::clock::Clock;
+use crate::math::mass_vector::Coordinates;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::{ContactProblem, Mode};
+use crate::modes::{ContactProblem, MechanismProblem, Mode};
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::outcome::{Cause, Instant, Outcome, ZenoMethod};
 use crate::sustained::BodyState;
+use crate::sustained::mechanism::MechanismState;
 
 /// How the body moves during a span.
 #[derive(Debug, Clone)]
@@ -26,12 +28,17 @@ pub(crate) enum Motion {
     /// The sum of infinitely many impacts: bounces of one contact, or cycles of two contacts on the ground. `fastest`: bound of the speeds
     /// of the run until then.
     Cycles { start: Box<BodyState>, fastest: f64 },
+    /// A mechanism with each contact in its mode, with a constant acceleration; in flight with plain collisions.
+    Jointed { start: Box<MechanismState>, word: ContactLetters<Mode>, acceleration: Coordinates },
+    /// A sum of infinitely many impacts of a mechanism.
+    JointedTail { start: Box<MechanismState>, fastest: f64, tail: Tail },
 }
 
 impl Motion {
     /// The mode of each contact. Without a body, motion along the terrain is not modelled: a held contact has the letter F.
     pub(crate) fn letters(&self, base: &Base) -> String {
         match (self, &base.posture) {
+            (Self::Jointed { word, .. }, _) => word.iter().map(|mode| mode.letter()).collect(),
             (Self::Modes(body, word), Some(posture)) => body.letters(word, posture),
             (Self::Held(_, held), _) => {
                 held.map(|held| if held { 'F' } else { 'S' }).iter().collect()
@@ -79,6 +86,8 @@ pub(crate) struct Moment {
     pub(crate) rates: PerContact<f64>,
     /// The contacts of corners of the ground with sides, from 0, that touch.
     pub(crate) sides: PerContact<usize>,
+    /// The state of a mechanism; that of a body has no meaning then.
+    pub(crate) mechanism: Option<Box<MechanismState>>,
 }
 
 /// Written by hand: the derived `clone` copies the numbers one by one.
@@ -86,7 +95,8 @@ impl Clone for Moment {
     fn clone(&self) -> Self {
         let [gaps, rates] = [&self.gaps, &self.rates].map(|values| PerContact::from_slice(values));
         let sides = PerContact::from_slice(&self.sides);
-        Self { clock: self.clock, state: self.state, gaps, rates, sides }
+        let mechanism = self.mechanism.clone();
+        Self { clock: self.clock, state: self.state, gaps, rates, sides, mechanism }
     }
 }
 
@@ -100,6 +110,7 @@ impl Moment {
             gaps: each(full.gaps.h),
             rates: each(full.gaps.u),
             sides: PerContact::new(),
+            mechanism: None,
         }
     }
 
@@ -152,8 +163,9 @@ pub(crate) struct Record {
     pub(crate) impacts: Vec<ListedImpact>,
     pub(crate) hits: usize,
     pub(crate) end: Moment,
-    pub(crate) acceleration: Option<[f64; 3]>,
+    pub(crate) acceleration: Option<Vec<f64>>,
     pub(crate) undecided: Option<Box<ContactProblem>>,
+    pub(crate) undecided_mechanism: Option<Box<MechanismProblem>>,
 }
 
 impl Record {
@@ -165,6 +177,7 @@ impl Record {
             gaps: PerContact::new(),
             rates: PerContact::new(),
             sides: PerContact::new(),
+            mechanism: None,
         };
         Self {
             outcome: Outcome::EventLimit,
@@ -181,6 +194,7 @@ impl Record {
             end,
             acceleration: None,
             undecided: None,
+            undecided_mechanism: None,
         }
     }
 

@@ -5,6 +5,7 @@ use nalgebra::Vector3;
 use crate::body::contact::ContactValues;
 use crate::collisions::log::{in_words, names};
 use crate::math::clock::Clock;
+use crate::math::mass_vector::MassVector;
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
 use crate::outcome::Outcome;
@@ -17,36 +18,150 @@ use crate::tolerance::{
 /// Impacts of one instant that are simulated one by one before a limit is searched for.
 const LISTED: usize = 64;
 
-/// Impacts in one instant, without a flight between them.
-#[derive(Debug, Clone, Default)]
-pub(super) struct InstantImpacts {
+/// Impacts in one instant, without a flight between them. `V`: a change of velocity.
+#[derive(Debug, Clone)]
+pub(super) struct InstantImpacts<V> {
     clock: Clock,
     hits: usize,
     /// Number of points of the body.
     count: usize,
     /// One cycle for each point and piece of ground that have hit each other at this instant, since their last impact. A contact in a
     /// narrow vertex hits the two pieces in turn.
-    pub(super) cycles: Vec<SinceLastHit>,
+    cycles: Vec<SinceLastHit<V>>,
+    /// No change of velocity.
+    zero: V,
 }
 
-impl InstantImpacts {
+/// How impacts of one instant go on.
+pub(super) enum GoesOn<V> {
+    /// No rule is known.
+    Somehow,
+    /// One contact hits the two pieces of a vertex in turn, for ever.
+    InVertex,
+    /// In cycles that shrink in one ratio r.
+    Shrinking {
+        /// Change of velocity in the last cycle.
+        change: V,
+        /// r/(1 − r)
+        sum: f64,
+        /// Gap rates at the start of the last cycle.
+        start: ContactValues<f64>,
+        /// The tangential impulses at all points in the last cycle.
+        rubs: ContactValues<f64>,
+    },
+}
+
+/// Relative rounding error of a cycle of impacts of one instant.
+const FEW: f64 = SEQUENCE_RATIO_ROUNDINGS * f64::EPSILON;
+
+impl<V: MassVector> InstantImpacts<V> {
+    /// None so far; `zero`: no change of velocity.
+    pub(super) fn none(zero: V) -> Self {
+        Self { clock: Clock::default(), hits: 0, count: 0, cycles: Vec::new(), zero }
+    }
+
     /// Whether there has been an impact at this instant.
     pub(super) fn goes_on(&self, clock: Clock) -> bool {
         self.hits > 0 && self.clock == clock
     }
+
+    /// Adds a change of velocity.
+    pub(super) fn changes(&mut self, change: &V) {
+        self.cycles.iter_mut().for_each(|cycle| cycle.change.add_scaled(change, 1.0));
+    }
+
+    /// Adds the change of velocity of an impulse with this tangential part at point `i`.
+    pub(super) fn pushed(&mut self, i: usize, tangential: f64, change: &V) {
+        for cycle in &mut self.cycles {
+            cycle.change.add_scaled(change, 1.0);
+            cycle.rubs[i] += tangential;
+        }
+    }
+
+    /// Point `i` is about to be hit, after others at the same instant; `rates`, `pieces`: gap rates and pieces of ground of all points;
+    /// `size`: the size of a change; `fastest`: the largest speed so far.
+    pub(super) fn next(
+        &mut self,
+        i: usize,
+        clock: Clock,
+        rates: &[f64],
+        pieces: ContactValues<isize>,
+        size: impl Fn(&V) -> f64,
+        fastest: f64,
+    ) -> GoesOn<V> {
+        if self.clock != clock || self.count != rates.len() {
+            (self.clock, self.hits, self.count) = (clock, 0, rates.len());
+            self.cycles.clear();
+        }
+        self.hits += 1;
+        let mut next = SinceLastHit {
+            point: i,
+            pieces,
+            rates: ContactValues::from_slice(rates),
+            change: self.zero.clone(),
+            rubs: ContactValues::from_elem(0.0, rates.len()),
+            before: None,
+        };
+        let same = |cycle: &&mut SinceLastHit<V>| cycle.point == i && cycle.pieces == next.pieces;
+        let Some(cycle) = self.cycles.iter_mut().find(same) else {
+            self.cycles.push(next);
+            return GoesOn::Somehow;
+        };
+        let ratio = rates[i] / cycle.rates[i];
+        next.before = Some((cycle.change.clone(), ratio));
+        let SinceLastHit { rates: start, change, rubs, before, .. } =
+            std::mem::replace(cycle, next);
+        let Some((last, before)) = before.filter(|_| self.hits > LISTED) else {
+            return GoesOn::Somehow;
+        };
+        if !(0.0 < ratio && ratio < 1.0) {
+            return GoesOn::Somehow;
+        }
+        let alone = self.cycles.iter().all(|cycle| cycle.point == i);
+        if alone && self.cycles.len() > 1 && (ratio - before).abs() <= SELF_SIMILAR * (1.0 - ratio)
+        {
+            return GoesOn::InVertex;
+        }
+        let sum = ratio / (1.0 - ratio);
+        if !(size(&change.plus(&last, -ratio)) <= FEW * size(&change)) {
+            return GoesOn::Somehow;
+        }
+        // Cycles that are only rounding error do not shrink, and their sum would be arbitrary.
+        if !(FEW * (1.0 + sum) * sum * size(&change) <= SUMMED_VELOCITY * fastest) {
+            return GoesOn::Somehow;
+        }
+        GoesOn::Shrinking { change, sum, start, rubs }
+    }
+
+    /// The gap rate of a touching point at the limit of shrinking cycles, from its rate now and at the start of the last cycle; `None`: it is
+    /// hit before the limit. Only a point that approached throughout may wait.
+    pub(super) fn limit_of_rate(now: f64, start: f64, sum: f64) -> Option<f64> {
+        let limit = now + (now - start) * sum;
+        if limit.abs() <= FEW * (1.0 + sum) * start.abs() {
+            return Some(0.0);
+        }
+        (limit >= 0.0 || now < 0.0 && start < 0.0).then_some(limit)
+    }
+
+    /// Whether the cycles change before the limit, at which the point rests: its slide reverses, or the impulses of friction (`rub`) do not
+    /// oppose it, as they do in an impact that is much slower than the slide.
+    pub(super) fn turns_back(now: f64, limit: f64, rub: f64, fastest: f64) -> bool {
+        limit.abs() > FEW * fastest && (now * limit < 0.0 || rub * limit > 0.0)
+    }
 }
 
 /// The cycle from one impact at a point and a piece of ground to the next one there, at one instant.
-#[derive(Debug, Clone, Default)]
-pub(super) struct SinceLastHit {
+#[derive(Debug, Clone)]
+struct SinceLastHit<V> {
     /// At the start of the cycle: the point that is hit, the pieces under all points, and the gap rates of all points.
     point: usize,
     pieces: ContactValues<isize>,
     rates: ContactValues<f64>,
-    /// Change of velocity in this cycle.
-    pub(super) change: Vector3<f64>,
+    /// Change of velocity in this cycle, and the tangential impulses at all points.
+    change: V,
+    rubs: ContactValues<f64>,
     /// Of the previous cycle: its change of velocity, and the ratio of the gap rates of the point that is hit at its end and its start.
-    before: Option<(Vector3<f64>, f64)>,
+    before: Option<(V, f64)>,
 }
 
 /// Monitor of impacts that are all nearly slow enough to stop.
@@ -96,6 +211,61 @@ impl ChatterMonitor {
     }
 }
 
+/// Contacts that are slow enough to stop, but may be hit in turn with others that are nearly as slow.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct SlowContacts {
+    /// Number of impacts for which a contact slow enough to stop has waited for others.
+    waiting: usize,
+    pub(super) chatter: ChatterMonitor,
+}
+
+impl SlowContacts {
+    /// After an impact with the speed `hit` that leaves contacts with these speeds: which of them stop, and the speed below which chatter is
+    /// watched. `limit`: the speed that counts as zero. A slow contact waits while another one is nearly as slow, because the two may be hit
+    /// in turn; impacts that become neither slower nor faster are ended together.
+    pub(super) fn stopping(
+        &mut self,
+        hit: f64,
+        speeds: &[f64],
+        limit: f64,
+    ) -> (ContactValues<bool>, f64) {
+        let in_turn = |one: f64, other: f64| {
+            other > limit && other <= HIT_IN_TURN * limit && one > CONTACT_STOPPED * other
+        };
+        // Contacts hit in turn for ever at the limit of what counts as zero stop together.
+        let slow = speeds.iter().any(|&speed| speed <= limit);
+        self.waiting = if slow { self.waiting + 1 } else { 0 };
+        let watched = self.chatter.limit(limit);
+        self.chatter.follow(hit, speeds, watched);
+        // The speed below which contacts hit in turn stop.
+        let together = if self.chatter.persistent {
+            watched
+        } else if self.waiting > LISTED {
+            HIT_IN_TURN * limit
+        } else {
+            0.0
+        };
+        let stops = |&speed: &f64| {
+            let alone = speed <= limit && !speeds.iter().any(|&other| in_turn(speed, other));
+            alone || speed <= together
+        };
+        (speeds.iter().map(stops).collect(), watched)
+    }
+
+    /// Whether impacts chatter.
+    pub(super) fn chatters(&self) -> bool {
+        self.chatter.persistent
+    }
+
+    /// Contacts have been set to rest. Returns whether they chattered.
+    pub(super) fn stopped(&mut self) -> bool {
+        let chattered = std::mem::take(&mut self.chatter.persistent);
+        self.chatter.ends += i32::from(chattered);
+        self.waiting = 0;
+        chattered
+    }
+}
+
 impl Driver<'_, AnyContacts> {
     /// Point `i` is about to be hit, after others at the same instant. If the cycles from one impact at `i` to the next shrink in
     /// one ratio r, with all changes of velocity, infinitely many of them are summed:
@@ -109,49 +279,19 @@ impl Driver<'_, AnyContacts> {
         let rates: ContactValues<f64> = self.body.state.points.iter().map(|p| p.u).collect();
         let pieces: ContactValues<isize> =
             self.body.state.points.iter().map(|p| p.place.piece).collect();
+        let (gyration, fastest) = (self.body.state.rho2.sqrt(), self.body.fastest);
+        let size = |v: &Vector3<f64>| Vector3::new(v.x, v.y, gyration * v.z).norm();
+        let clock = self.log.clock;
         let sequence = &mut self.body.sequence;
-        if sequence.clock != self.log.clock || sequence.count != rates.len() {
-            (sequence.clock, sequence.hits, sequence.count) = (self.log.clock, 0, rates.len());
-            sequence.cycles.clear();
-        }
-        sequence.hits += 1;
-        let mut next = SinceLastHit {
-            point: i,
-            pieces,
-            rates: ContactValues::from_slice(&rates),
-            ..SinceLastHit::default()
-        };
-        let same = |cycle: &&mut SinceLastHit| cycle.point == i && cycle.pieces == next.pieces;
-        let Some(cycle) = sequence.cycles.iter_mut().find(same) else {
-            sequence.cycles.push(next);
-            return false;
-        };
-        let ratio = rates[i] / cycle.rates[i];
-        next.before = Some((cycle.change, ratio));
-        let SinceLastHit { rates: start, change, before, .. } = std::mem::replace(cycle, next);
-        let Some((last, before)) = before.filter(|_| sequence.hits > LISTED) else { return false };
-        if !(0.0 < ratio && ratio < 1.0) {
-            return false;
-        }
-        let alone = sequence.cycles.iter().all(|cycle| cycle.point == i);
-        if alone
-            && sequence.cycles.len() > 1
-            && (ratio - before).abs() <= SELF_SIMILAR * (1.0 - ratio)
-        {
-            self.stop_in_vertex(i);
-            return true;
-        }
-        let sum = ratio / (1.0 - ratio);
-        let few = SEQUENCE_RATIO_ROUNDINGS * f64::EPSILON;
-        let gyration = self.body.state.rho2.sqrt();
-        let size = |v: Vector3<f64>| Vector3::new(v.x, v.y, gyration * v.z).norm();
-        if !(size(change - last * ratio) <= few * size(change)) {
-            return false;
-        }
-        // Cycles that are only rounding error do not shrink, and their sum would be arbitrary.
-        if !(few * (1.0 + sum) * sum * size(change) <= SUMMED_VELOCITY * self.body.fastest) {
-            return false;
-        }
+        let (change, sum, start, rubs) =
+            match sequence.next(i, clock, &rates, pieces, size, fastest) {
+                GoesOn::Somehow => return false,
+                GoesOn::InVertex => {
+                    self.stop_in_vertex(i);
+                    return true;
+                }
+                GoesOn::Shrinking { change, sum, start, rubs } => (change, sum, start, rubs),
+            };
         let mut end = self.body.state.clone();
         end.center.v += change.xy() * sum;
         end.spin.omega += change.z * sum;
@@ -160,17 +300,17 @@ impl Driver<'_, AnyContacts> {
                 p.u += sum * (p.normal.dot(&change.xy()) + p.b * change.z);
                 continue;
             }
-            p.u += (rates[j] - start[j]) * sum;
-            if p.u.abs() <= few * (1.0 + sum) * start[j].abs() {
-                p.u = 0.0;
-            } else if p.u < 0.0 && !(rates[j] < 0.0 && start[j] < 0.0) {
-                return false; // it is hit before the limit; only one that approached throughout may wait
-            }
+            let Some(limit) = InstantImpacts::<Vector3<f64>>::limit_of_rate(p.u, start[j], sum)
+            else {
+                return false;
+            };
+            p.u = limit;
         }
         // A contact that slides throughout has to slide in the same direction at the end.
         let turns_back = |j: usize| {
-            let (slip, after) = (self.body.state.slip(j), end.slip(j));
-            end.points[j].u == 0.0 && slip * after < 0.0 && after.abs() > few * self.body.fastest
+            let (now, limit) = (self.body.state.slip(j), end.slip(j));
+            end.points[j].u == 0.0
+                && InstantImpacts::<Vector3<f64>>::turns_back(now, limit, rubs[j], fastest)
         };
         if (0..rates.len()).any(turns_back) {
             return false;
@@ -240,30 +380,11 @@ impl Driver<'_, AnyContacts> {
         };
         let speeds: ContactValues<f64> =
             self.body.state.points.iter().zip(&pulls).map(speed).collect();
-        let in_turn = |one: f64, other: f64| {
-            other > limit && other <= HIT_IN_TURN * limit && one > CONTACT_STOPPED * other
-        };
-        // Contacts hit in turn for ever at the limit of what counts as zero stop together.
-        let slow = speeds.iter().any(|&speed| speed <= limit);
-        self.body.waiting = if slow { self.body.waiting + 1 } else { 0 };
-        let watched = self.body.chatter.limit(limit);
-        self.body.chatter.follow(hit, &speeds, watched);
-        // The speed below which contacts hit in turn stop.
-        let together = if self.body.chatter.persistent {
-            watched
-        } else if self.body.waiting > LISTED {
-            HIT_IN_TURN * limit
-        } else {
-            0.0
-        };
+        let (slow, watched) = self.body.slow.stopping(hit, &speeds, limit);
         let (mut stopped, mut error, mut found) = (ContactValues::new(), 0.0_f64, false);
         let mut stops: ContactValues<bool> =
             self.body.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
-        for (i, &speed) in speeds.iter().enumerate() {
-            let alone = speed <= limit && !speeds.iter().any(|&other| in_turn(speed, other));
-            if !(alone || speed <= together) {
-                continue;
-            }
+        for (i, &speed) in speeds.iter().enumerate().filter(|(i, _)| slow[*i]) {
             (stops[i], found) = (true, true);
             let loss = 1.0 - self.material(i).restitution;
             // A contact with upward effective gravity does not come to rest.
@@ -283,24 +404,21 @@ impl Driver<'_, AnyContacts> {
                 (p.h, p.u) = (0.0, 0.0);
             }
             let (v, omega) = (self.body.state.center.v.norm(), self.body.state.spin.omega);
-            if self.body.chatter.persistent && v + self.body.posture.size() * omega.abs() <= watched
-            {
+            let speed = v + self.body.posture.size() * omega.abs();
+            if self.body.slow.chatters() && speed <= watched {
                 self.body.state.stand();
             }
         }
         if stopped.is_empty() {
             return None;
         }
-        if self.body.chatter.persistent {
-            self.body.chatter.ends += 1;
+        if self.body.slow.stopped() {
             self.body
                 .stopped_chatter
                 .0
                 .extend(stopped.iter().map(|&i| self.body.state.points[i].place.contact));
             self.body.stopped_chatter.1 = watched;
         }
-        self.body.waiting = 0;
-        self.body.chatter.persistent = false;
         self.settle(&stopped, false, error + self.nested.missing(self.body.state.gravity), by)
     }
 }

@@ -3,6 +3,7 @@
 pub(crate) mod batch;
 pub(crate) mod clocks;
 mod limits;
+mod mechanism;
 pub(crate) mod parallel;
 mod reader;
 mod simulation;
@@ -11,6 +12,7 @@ pub(crate) mod trajectory;
 
 pub use batch::{Resources, simulate_many, simulate_many_excited_until, simulate_many_until};
 pub use clocks::FilmClock;
+pub use mechanism::{simulate_mechanism, simulate_mechanism_until};
 pub use reader::Reader;
 pub use simulation::Simulation;
 pub use trajectory::{MOST_SAMPLES, Trajectory};

@@ -2,19 +2,21 @@
 
 use std::borrow::Cow;
 
+use crate::body::Mechanism;
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::Error;
 use crate::math::clock::Clock;
 use crate::math::roots::ORDER;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::Mode;
+use crate::modes::{Mode, Word, mechanism_forces};
 use crate::motion::frame::{Base, Frame, Snapshot};
 use crate::motion::record::{InFrame, Moment, Motion, Record};
-use crate::motion::{AnyContacts, Driver, Pair};
+use crate::motion::{AnyContacts, Driver, Jointed, Pair};
 use crate::options::Model;
 use crate::outcome::{Instant, Outcome};
-use crate::simulate::trajectory::{Piece, Trajectory};
+use crate::simulate::trajectory::{Flight, Piece, Trajectory};
+use crate::sustained::mechanism::MechanismState;
 use crate::sustained::{BodyState, Step};
 use crate::tolerance::STILL;
 
@@ -55,6 +57,8 @@ enum Now<'a> {
     Tail(Snapshot, &'a Frame, Cow<'a, [Mode]>),
     /// Of any number of contacts, with the mode of each of its points.
     Body(BodyState, Cow<'a, [Mode]>),
+    /// A mechanism, with the mode of each contact.
+    Jointed(Box<MechanismState>, Cow<'a, [Mode]>),
 }
 
 impl<'a> Reader<'a> {
@@ -81,6 +85,11 @@ impl<'a> Reader<'a> {
             Now::Pair(full) | Now::Tail(full, ..) => {
                 Ok(Moment::of_snapshot(&full, self.run.count()).instant())
             }
+            Now::Jointed(state, _) => Ok(Instant {
+                state: State::at_rest([0.0; 3]),
+                gaps: state.points.iter().map(|p| p.h.unsigned_zero()).collect(),
+                rates: state.points.iter().map(|p| p.u.unsigned_zero()).collect(),
+            }),
         }
     }
 
@@ -94,6 +103,24 @@ impl<'a> Reader<'a> {
             None => self.run.record.end.state,
             Some(Now::Body(body, _)) => body.state(),
             Some(Now::Pair(full) | Now::Tail(full, ..)) => Base::state(&full).unsigned_zero(),
+            Some(Now::Jointed(..)) => self.run.record.end.state,
+        })
+    }
+
+    /// q and q̇ at time `t`: of a body three values, of a mechanism one for each coordinate; `None` for a model without a body.
+    ///
+    /// # Errors
+    ///
+    /// As [`at`](Self::at).
+    pub fn coordinates(&mut self, t: f64) -> Result<Option<[Vec<f64>; 2]>, Error> {
+        let Some(start) = &self.run.record.base.mechanism else {
+            let State { q, qdot } = self.state(t)?;
+            return Ok(self.run.posture().map(|_| [q, qdot].map(|v| v.as_slice().to_vec())));
+        };
+        let elapsed = t - self.run.options().time;
+        Ok(match self.now(t)? {
+            Some(Now::Jointed(state, _)) => Some(start.coordinates(&state, elapsed)),
+            _ => self.run.coordinates(),
         })
     }
 
@@ -160,8 +187,14 @@ impl<'a> Reader<'a> {
             Now::Pair(frame.to_full(base, &frame.smooth(base, &at.raw, held, dt)))
         };
         let Some(motion) = self.motion(k) else {
-            let flight = self.run.pieces().ok()?.get(k)?.flight.as_ref()?;
-            return Some(smooth(flight, [false; 2]));
+            return Some(match self.run.pieces().ok()?.get(k)?.flight.as_ref()? {
+                Flight::Pair(flight) => smooth(flight, [false; 2]),
+                Flight::Jointed(state) => {
+                    let modes = vec![Mode::Separate; state.points.len()];
+                    let space = self.run.mechanism()?.contact_space();
+                    Now::Jointed(Box::new(state.flown(space, dt)), Cow::Owned(modes))
+                }
+            });
         };
         Some(match motion {
             Motion::Flight(at) => smooth(at, [false; 2]),
@@ -182,6 +215,18 @@ impl<'a> Reader<'a> {
                     posture, start, *fastest, base, options, dt,
                 )?;
                 Now::Body(body, Cow::Owned(modes.to_vec()))
+            }
+            Motion::Jointed { start, word, acceleration } => {
+                let space = self.run.mechanism()?.contact_space();
+                let state = start.after(space, word, acceleration, dt);
+                Now::Jointed(Box::new(state), Cow::Borrowed(word))
+            }
+            Motion::JointedTail { start, fastest, tail } => {
+                let mechanism = self.run.mechanism()?;
+                let (state, modes) = Driver::<Jointed>::resimulate_sum(
+                    mechanism, start, *fastest, *tail, base, options, dt,
+                )?;
+                Now::Jointed(Box::new(state), Cow::Owned(modes.to_vec()))
             }
         })
     }
@@ -208,19 +253,27 @@ impl<'a> Reader<'a> {
         let count = self.run.count() + self.run.record.sides.len();
         let unknown = || Ok(vec![[f64::NAN; 2]; count]);
         let piece = self.piece_at(t)?;
-        let (Some((k, dt)), Some(posture)) = (piece, self.run.posture()) else { return unknown() };
+        let Some((k, dt)) = piece else { return unknown() };
         let open = [Outcome::Zeno, Outcome::Inconsistent, Outcome::Ambiguous];
-        let sum = || matches!(self.motion(k), Some(Motion::Tail(..) | Motion::Cycles { .. }));
+        let sum = || {
+            use Motion::{Cycles, JointedTail, Tail};
+            matches!(self.motion(k), Some(Tail(..) | Cycles { .. } | JointedTail { .. }))
+        };
         if t == self.run.time() && (open.contains(&self.run.outcome()) || sum()) {
             return unknown();
         }
+        if let Some(mechanism) = self.run.mechanism() {
+            let Some(Now::Jointed(_, modes)) = self.moving(k, dt) else { return Err(too_deep(t)) };
+            return Ok(forces_of(mechanism, &modes).unwrap_or(vec![[f64::NAN; 2]; count]));
+        }
+        let Some(posture) = self.run.posture() else { return unknown() };
         let body = match self.moving(k, dt).ok_or_else(|| too_deep(t))? {
             Now::Body(body, modes) => Some((body, modes)),
             Now::Tail(full, frame, modes) => {
                 let body = self.run.record.base.body_state(&full, Some(frame.spin));
                 body.map(|body| (body, modes))
             }
-            Now::Pair(_) => None,
+            Now::Pair(_) | Now::Jointed(..) => None,
         };
         let mut forces =
             body.map_or(Ok(Vec::new()), |(body, modes)| body.forces(posture, &modes))?;
@@ -244,15 +297,37 @@ impl<'a> Reader<'a> {
         Ok(run.posture().map_or_else(|| vec![[f64::NAN; 2]; run.count()], points))
     }
 
-    /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y at time `t`, in J; NaN for a model without a body.
+    /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y at time `t`, in J; of a mechanism ½ q̇ᵀM q̇ − loadᵀq; NaN for a model without a body.
     ///
     /// # Errors
     ///
     /// As [`at`](Self::at).
     pub fn energy(&mut self, t: f64) -> Result<f64, Error> {
+        if let Some(mechanism) = self.run.mechanism() {
+            let [q, qdot] = self.coordinates(t)?.unwrap_or_default();
+            return Ok(mechanism.energy(&q, &qdot));
+        }
         let State { q, qdot } = self.state(t)?;
         Ok(self.run.posture().map_or(f64::NAN, |posture| posture.energy(&q, &qdot)))
     }
+}
+
+fn word(modes: &[Mode]) -> Word {
+    let letters = modes.iter().enumerate();
+    letters.fold(Word::separate(modes.len()), |word, (k, mode)| word.with(k, *mode))
+}
+
+/// The forces (tangential, normal) of the contacts of a mechanism in these modes, in N; `None` where no forces cause the motion.
+fn forces_of(mechanism: &Mechanism, modes: &[Mode]) -> Option<Vec<[f64; 2]>> {
+    let friction: Vec<f64> = mechanism.contacts().iter().map(|contact| contact.friction).collect();
+    // Without friction a fixed contact has a normal force only, like a sliding one.
+    let pressed = |(mode, mu): (&Mode, &f64)| match mode {
+        Mode::Fixed if *mu == 0.0 => Mode::Right,
+        mode => *mode,
+    };
+    let modes: Vec<Mode> = modes.iter().zip(&friction).map(pressed).collect();
+    mechanism_forces(mechanism.contact_space(), &friction, word(&modes))
+        .map(UnsignedZero::unsigned_zero)
 }
 
 /// The state at `t`, within a sum, cannot be computed.

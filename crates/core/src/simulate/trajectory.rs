@@ -7,6 +7,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
+use crate::body::Mechanism;
 use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
@@ -18,16 +19,18 @@ use crate::file::text::Format;
 use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::ContactProblem;
-use crate::motion::record::{InFrame, Moment, Motion, Record, ZenoRecord};
+use crate::modes::{ContactProblem, MechanismProblem};
+use crate::motion::record::{InFrame, Moment, Motion, Record, Span, ZenoRecord};
 use crate::options::{Model, Options};
 use crate::outcome::{
     Cause, ContactKind, ContactNumber, ContactSet, Enclosure, ImpactRecord, Instant, ModelReason,
     Outcome, Phase, RunContact, ZenoKind, ZenoPoint,
 };
 use crate::simulate::reader::Reader;
-use crate::simulate::{Simulation, simulate_local_until};
+use crate::simulate::{Simulation, simulate_local_until, simulate_mechanism_until};
+use crate::sustained::mechanism::MechanismState;
 use crate::tolerance::{CLOCK_ROUNDINGS, OUTSIDE_PROVED_BOUNDS};
+use crate::zeno::{Gaps, Impulses};
 
 /// Largest number of times of [`Trajectory::sample_times`]: the motion at them takes 0.6 GB.
 pub const MOST_SAMPLES: usize = 10_000_000;
@@ -38,7 +41,14 @@ pub(super) struct Piece {
     pub(super) clock: Clock,
     pub(super) span: usize,
     /// The flight after a collision of the span; `None`: the motion with which the span begins.
-    pub(super) flight: Option<InFrame>,
+    pub(super) flight: Option<Flight>,
+}
+
+/// The state at the start of a flight.
+#[derive(Debug, Clone)]
+pub(super) enum Flight {
+    Pair(InFrame),
+    Jointed(Box<MechanismState>),
 }
 
 /// The pieces of a run, and for each collision the normal impulse per unit mass divided by the own-rate jump.
@@ -95,13 +105,13 @@ struct Written<'a> {
     model_reason: ModelReason,
     time: f64,
     elapsed: f64,
-    q: Option<[f64; 3]>,
-    qdot: Option<[f64; 3]>,
+    q: Option<Vec<f64>>,
+    qdot: Option<Vec<f64>>,
     theta: f64,
     omega: f64,
     gaps: Vec<f64>,
     rates: Vec<f64>,
-    acceleration: Option<[f64; 3]>,
+    acceleration: Option<Vec<f64>>,
     collisions: usize,
     impacts: &'a [ImpactRecord],
     zeno_points: &'a [ZenoPoint],
@@ -118,6 +128,8 @@ struct Written<'a> {
     posture: Option<&'a Posture>,
     #[serde(skip_serializing_if = "Option::is_none")]
     local_model: Option<&'a LocalModel>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mechanism: Option<&'a Mechanism>,
     start: WrittenStart,
 }
 
@@ -127,6 +139,7 @@ struct Written<'a> {
 enum WrittenStart {
     Body(State),
     Gaps(LocalState),
+    Coordinates { q: Vec<f64>, qdot: Vec<f64> },
 }
 
 /// The fields of a run that are read: those that define it, and the others, which are compared.
@@ -134,6 +147,7 @@ enum WrittenStart {
 struct Question {
     posture: Option<Posture>,
     local_model: Option<LocalModel>,
+    mechanism: Option<Mechanism>,
     start: WrittenStart,
     options: Options,
     #[serde(default)]
@@ -150,21 +164,32 @@ const SENTENCES: [&str; 2] = ["model_reason", "warnings"];
 impl Question {
     /// Simulates the run again and compares it with what the file says. `None` if it was cancelled.
     fn answer(self, cancel: &dyn Fn() -> bool) -> Result<Option<Trajectory>, Error> {
-        let run = match (&self.posture, &self.local_model, self.start) {
-            (Some(posture), None, WrittenStart::Body(start)) => {
+        let run = match (&self.posture, &self.local_model, &self.mechanism, self.start) {
+            (None, None, Some(mechanism), start) => {
+                let [q, qdot] = match start {
+                    WrittenStart::Coordinates { q, qdot } => [q, qdot],
+                    // Three coordinates are read as those of a body.
+                    WrittenStart::Body(State { q, qdot }) => {
+                        [q, qdot].map(|v| v.as_slice().to_vec())
+                    }
+                    WrittenStart::Gaps(_) => [Vec::new(), Vec::new()],
+                };
+                simulate_mechanism_until(mechanism, &q, &qdot, &self.options, cancel)?
+            }
+            (Some(posture), None, None, WrittenStart::Body(start)) => {
                 let excitation =
                     &Excitation { kicks: self.kicks, ground_motion: self.ground_motion };
                 let options = self.options;
                 Simulation { posture, start, options, excitation, cancel }.run()?
             }
-            (None, Some(model), WrittenStart::Gaps(start)) => {
+            (None, Some(model), None, WrittenStart::Gaps(start)) => {
                 simulate_local_until(model, &start, &self.options, cancel)?
             }
             _ => {
                 return Err(Error::Unusable {
                     field: "start".into(),
                     value: "given".into(),
-                    allowed: "q and qdot with a posture, or gaps, rates, theta and omega with a local_model".into(),
+                    allowed: "q and qdot with a posture or a mechanism, or gaps, rates, theta and omega with a local_model".into(),
                 });
             }
         };
@@ -213,7 +238,7 @@ impl Trajectory {
         model_reason: ModelReason,
         options: Options,
     ) -> Self {
-        record.acceleration = record.acceleration.unsigned_zero();
+        record.acceleration = record.acceleration.take().unsigned_zero();
         let options = Options { simultaneous: Some(options.policy()), ..options };
         let most = options.events(record.base.count);
         let lost = record.warnings.iter().any(|warning| warning == LOST_PHASE);
@@ -357,10 +382,10 @@ impl Trajectory {
         &self.record.warnings
     }
 
-    /// Acceleration q̈ at the start of an endless slide, in m/s², m/s², rad/s².
+    /// Acceleration q̈ at the start of an endless slide, in m/s², m/s², rad/s²; of a mechanism, of all coordinates.
     #[must_use]
-    pub fn acceleration(&self) -> Option<[f64; 3]> {
-        self.record.acceleration
+    pub fn acceleration(&self) -> Option<Vec<f64>> {
+        self.record.acceleration.clone()
     }
 
     /// The contact-mode problem at the end of a run that is inconsistent or ambiguous, for
@@ -368,6 +393,12 @@ impl Trajectory {
     #[must_use]
     pub fn undecided(&self) -> Option<&ContactProblem> {
         self.record.undecided.as_deref()
+    }
+
+    /// The same for a run of a mechanism.
+    #[must_use]
+    pub fn undecided_mechanism(&self) -> Option<&MechanismProblem> {
+        self.record.undecided_mechanism.as_deref()
     }
 
     /// Number of collisions simulated one by one, recorded or not.
@@ -419,7 +450,9 @@ impl Trajectory {
     }
 
     fn make_impacts(&self) -> Vec<ImpactRecord> {
-        let mass = self.posture().map_or(f64::NAN, |p| p.fields().mass);
+        // The impulses of a mechanism are not per unit mass.
+        let of_body = self.posture().map_or(f64::NAN, |p| p.fields().mass);
+        let mass = if self.mechanism().is_some() { 1.0 } else { of_body };
         let record =
             |clock: Clock, contact: usize, before, after, impulse: [f64; 2]| ImpactRecord {
                 time: self.clock(clock),
@@ -437,7 +470,7 @@ impl Trajectory {
         let others = self.record.impacts.iter().map(|c| {
             let each = |rates: &[f64]| match self.posture() {
                 Some(posture) => posture.per_contact(|k| rates[k].unsigned_zero()).collect(),
-                None => Vec::new(),
+                None => rates.to_vec().unsigned_zero(),
             };
             record(c.clock, c.contact, each(&c.before), each(&c.after), c.impulse)
         });
@@ -459,15 +492,15 @@ impl Trajectory {
         let contacts: Vec<_> =
             (0..zeno.closed.len()).filter(closed).map(ContactNumber::of).collect();
         let Moment { clock, state, gaps, rates, .. } = &zeno.at;
-        let vector = |v: &nalgebra::Vector3<f64>| self.posture().map(|_| [v.x, v.y, v.z]);
+        let (q, qdot) = self.values(&zeno.at).unzip();
         ZenoPoint {
             kind: ZenoKind(contacts.len()),
             contacts,
             time: self.clock(*clock),
             elapsed: clock.hi,
             time_error: zeno.error + CLOCK_ROUNDINGS * f64::EPSILON * clock.hi,
-            q: vector(&state.q),
-            qdot: vector(&state.qdot),
+            q,
+            qdot,
             rotation: [state.q.z, state.qdot.z],
             gaps: gaps.to_vec(),
             gap_rates: rates.to_vec(),
@@ -476,6 +509,35 @@ impl Trajectory {
             plastic: zeno.plastic,
             first_summed: zeno.first_summed,
         }
+    }
+
+    /// q and q̇ of a body or a mechanism at this moment.
+    fn values(&self, at: &Moment) -> Option<(Vec<f64>, Vec<f64>)> {
+        match (&self.record.base.mechanism, &at.mechanism) {
+            (Some(start), Some(state)) => Some(start.coordinates(state, at.clock.hi).into()),
+            _ => self
+                .posture()
+                .map(|_| [at.state.q, at.state.qdot].map(|v| v.as_slice().to_vec()).into()),
+        }
+    }
+
+    /// The mechanism of the run, if it is not that of a body.
+    #[must_use]
+    pub fn mechanism(&self) -> Option<&Mechanism> {
+        self.record.base.mechanism.as_ref().map(|start| &start.mechanism)
+    }
+
+    /// q and q̇ at the end, in m or rad and per s: of a body three, of a mechanism one value for each coordinate; `None` for a model without a
+    /// body.
+    #[must_use]
+    pub fn coordinates(&self) -> Option<[Vec<f64>; 2]> {
+        self.values(&self.record.end).map(<[Vec<f64>; 2]>::from)
+    }
+
+    /// q and q̇ at the start, of a mechanism.
+    #[must_use]
+    pub fn mechanism_start(&self) -> Option<[&[f64]; 2]> {
+        self.record.base.mechanism.as_ref().map(|start| [&*start.q, &*start.qdot])
     }
 
     /// The contact modes in order; empty unless recorded.
@@ -659,8 +721,7 @@ impl Trajectory {
     }
 
     fn written(&self) -> Written<'_> {
-        let body = self.posture().is_some();
-        let vector = |v: &nalgebra::Vector3<f64>| body.then_some([v.x, v.y, v.z]);
+        let (q, qdot) = self.values(&self.record.end).unzip();
         let local = self.local_start();
         Written {
             outcome: self.outcome(),
@@ -668,8 +729,8 @@ impl Trajectory {
             model_reason: self.model_reason,
             time: self.time(),
             elapsed: self.elapsed(),
-            q: vector(&self.state().q),
-            qdot: vector(&self.state().qdot),
+            q,
+            qdot,
             theta: self.state().q.z,
             omega: self.state().qdot.z,
             gaps: self.gaps(),
@@ -686,9 +747,13 @@ impl Trajectory {
             excitation: &self.excitation,
             posture: self.posture(),
             local_model: local.map(|(model, _)| model),
-            start: match local {
-                Some((_, start)) => WrittenStart::Gaps(*start),
-                None => WrittenStart::Body(*self.start()),
+            mechanism: self.mechanism(),
+            start: match (local, &self.record.base.mechanism) {
+                (Some((_, start)), _) => WrittenStart::Gaps(*start),
+                (_, Some(start)) => {
+                    WrittenStart::Coordinates { q: start.q.clone(), qdot: start.qdot.clone() }
+                }
+                _ => WrittenStart::Body(*self.start()),
             },
         }
     }
@@ -779,7 +844,11 @@ impl Trajectory {
                 .map_or(record.collisions.len(), |next| next.first_collision);
             let start = match &span.motion {
                 Motion::Flight(at) | Motion::Held(at, _) | Motion::Tail(at, _) => Some(at),
-                Motion::Modes(..) | Motion::Cycles { .. } => None,
+                Motion::Jointed { start, .. } => {
+                    self.expand_jointed(k, span, last, start, &mut expanded);
+                    continue;
+                }
+                Motion::Modes(..) | Motion::Cycles { .. } | Motion::JointedTail { .. } => None,
             };
             let mut now = start.copied();
             for index in span.first_collision..last {
@@ -804,10 +873,37 @@ impl Trajectory {
                 } else {
                     (raw.center, raw.spin) = body;
                 }
-                expanded.pieces.push(Piece { clock: c.elapsed, span: k, flight: now });
+                let flight = now.map(Flight::Pair);
+                expanded.pieces.push(Piece { clock: c.elapsed, span: k, flight });
             }
         }
         expanded
+    }
+
+    /// The same for a span of a mechanism, up to this collision.
+    fn expand_jointed(
+        &self,
+        k: usize,
+        span: &Span,
+        last: usize,
+        start: &MechanismState,
+        expanded: &mut Expanded,
+    ) {
+        let Some(mechanism) = self.mechanism() else { return };
+        let space = mechanism.contact_space();
+        let (mut state, mut clock) = (start.clone(), span.clock);
+        for c in &self.record.collisions[span.first_collision..last] {
+            let (i, dt) = (c.contact, c.elapsed.since(clock));
+            let mut own = Impulses::default();
+            own.jump[i] = c.jump;
+            let mut gaps = Gaps { h: [c.other_gap; 2], u: c.after };
+            gaps.h[i] = 0.0;
+            state = state.hit(space, dt, &own, &gaps);
+            clock = c.elapsed;
+            expanded.fractions.push(1.0 / space.normal(i, i));
+            let flight = Some(Flight::Jointed(Box::new(state.clone())));
+            expanded.pieces.push(Piece { clock, span: k, flight });
+        }
     }
 }
 

@@ -112,11 +112,13 @@ pub enum WhyUndecided {
     Cells,
     /// Three and more contacts: several pairs of contacts let the body descend, or the only one is undecided itself.
     Pairs,
+    /// Joints with torques leave more than three coordinates, for which no theorem proves stability.
+    Joints,
 }
 
 impl WhyUndecided {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Ambiguous,
         Self::Degenerate,
         Self::Jam,
@@ -125,6 +127,7 @@ impl WhyUndecided {
         Self::Flight,
         Self::Cells,
         Self::Pairs,
+        Self::Joints,
     ];
 
     /// Its name in files.
@@ -139,6 +142,7 @@ impl WhyUndecided {
             Self::Flight => "flight",
             Self::Cells => "cells",
             Self::Pairs => "pairs",
+            Self::Joints => "joints",
         }
     }
 
@@ -167,6 +171,9 @@ impl WhyUndecided {
             Self::Cells => "some directions of motion remain open: the evidence lists them",
             Self::Pairs => {
                 "the body descends on several pairs of contacts, or on one that is undecided itself"
+            }
+            Self::Joints => {
+                "joints with torques leave more than three coordinates, for which no theorem proves stability"
             }
         }
     }

@@ -127,31 +127,48 @@ pub fn conditions(posture: &Posture) -> Result<Conditions, Error> {
             allowed: "exactly 2 contacts that touch, for the conditions of Theorem 3".into(),
         });
     }
-    let psi = posture.psi()?;
+    let pair = Pair::of(posture)?;
     let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
     let mut words = Words::default();
     match problem.pair_modes() {
         // If no word is consistent, ties may make one consistent; the general solver treats them.
-        Some(pair) if pair.consistent().next().is_some() => {
-            for mode in pair.iter() {
+        Some(all) if all.consistent().next().is_some() => {
+            for mode in all.iter() {
                 let judged = mode.judged(&problem);
                 words.add(judged.word, judged.consistent, judged.margins());
             }
         }
         _ => contact_modes(&problem, Method::Auto)?.answers().iter().for_each(|a| words.take(a)),
     }
-    Ok(words.conditions(posture, psi, Equilibrium::of(posture).holds))
+    Ok(words.conditions(&pair, Equilibrium::of(posture).holds))
+}
+
+/// The constants of two contacts that the conditions need.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Pair {
+    pub(super) psi: [f64; 2],
+    pub(super) restitution: [f64; 2],
+    /// Gravity into the ground of each contact, in any unit.
+    pub(super) pull: [f64; 2],
+}
+
+impl Pair {
+    /// Of a posture on two contacts.
+    pub(super) fn of(posture: &Posture) -> Result<Self, Error> {
+        let each = |of: &dyn Fn(usize) -> f64| [of(0), of(1)];
+        Ok(Self {
+            psi: posture.psi()?,
+            restitution: each(&|i| posture.geometry()[i].restitution),
+            pull: each(&|i| posture.geometry()[i].normal.y),
+        })
+    }
 }
 
 /// The same conditions from words that are already solved.
-pub(super) fn of_words(
-    posture: &Posture,
-    equilibrium: bool,
-    answers: &[ModeAnswer],
-) -> Result<Conditions, Error> {
+pub(super) fn of_words(pair: &Pair, equilibrium: bool, answers: &[ModeAnswer]) -> Conditions {
     let mut words = Words::default();
     answers.iter().for_each(|answer| words.take(answer));
-    Ok(words.conditions(posture, posture.psi()?, equilibrium))
+    words.conditions(pair, equilibrium)
 }
 
 /// The places, from 0, of the contacts that touch their ground in the nominal posture, and of the sides that touch corners of the ground.
@@ -296,10 +313,9 @@ impl Words {
         }
     }
 
-    fn conditions(&self, posture: &Posture, psi: [f64; 2], equilibrium: bool) -> Conditions {
-        let e = [0, 1].map(|i| posture.geometry()[i].restitution);
+    fn conditions(&self, pair: &Pair, equilibrium: bool) -> Conditions {
+        let Pair { psi, restitution: e, pull: [one, two] } = *pair;
         let coupling = coupling(psi);
-        let [one, two] = [0, 1].map(|i| posture.geometry()[i].normal.y);
         let pressed = one.min(two) >= 0.0 && one.max(two) > 0.0
             || two + psi[0] * one > 0.0 && one + psi[1] * two > 0.0;
         let clattering_margin = coupling - clattering_bound(e);

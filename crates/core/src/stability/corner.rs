@@ -24,13 +24,16 @@
 use serde::{Deserialize, Serialize};
 use smallvec::SmallVec;
 
+use crate::body::Mechanism;
 use crate::body::contact::{Contact, quarter_turns};
 use crate::body::posture::{Posture, PostureFields};
 use crate::enclosure;
+use crate::math::ball::Ball;
 use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
 use crate::options::Jams;
 use crate::tolerance::TRIGONOMETRIC_ERROR;
+use crate::verified::rows::{EnclosedRows, dot};
 use crate::verified::{Flight, Gap, Landing, Model};
 
 type I = Interval;
@@ -52,6 +55,19 @@ pub(crate) struct Local {
     pub(super) beta: [[I; 2]; 2],
     /// ṡ in flight.
     pub(super) drift: I,
+}
+
+/// What the constants of two contacts follow from, see [`Local`].
+struct Products {
+    nn: [[I; 2]; 2],
+    tn: [[I; 2]; 2],
+    tt: [I; 2],
+    alpha: [I; 2],
+    g: [I; 2],
+    pull: [I; 2],
+    drift: I,
+    e: [I; 2],
+    mu: [I; 2],
 }
 
 /// Accelerations while one contact is closed and the other is in the air, or while both are closed.
@@ -342,33 +358,78 @@ impl Local {
         let tt = each(&|i| I::ONE + rows[i].c.square() / rho2);
         let z = rows[0].along_both(&rows[1]);
         let size = length(z, rho2);
-        let det = nn[0][0] * nn[1][1] - nn[0][1] * nn[1][0];
-        if !size.is_positive() || !det.is_positive() {
+        if !size.is_positive() {
             return None;
         }
         let z = z.map(|part| part / size);
-        let alpha = each(&|i| rows[i].t[0] * z[0] + rows[i].t[1] * z[1] - rows[i].c * z[2]);
-        if alpha.iter().any(|a| a.contains_zero()) {
+        let restitution = |i: usize| exact([first, second][i].restitution.unwrap_or(f.restitution));
+        Self::with(Products {
+            nn,
+            tn,
+            tt,
+            alpha: each(&|i| rows[i].t[0] * z[0] + rows[i].t[1] * z[1] - rows[i].c * z[2]),
+            g: each(&|i| gravity * rows[i].n[1]),
+            pull: each(&|i| -(gravity * rows[i].t[1])),
+            drift: -(gravity * z[1]),
+            e: each(&restitution),
+            mu: each(&|i| exact([first, second][i].friction)),
+        })
+    }
+
+    /// The constants of a mechanism with three coordinates that are not locked, on two contacts.
+    pub(crate) fn of_mechanism(mechanism: &Mechanism) -> Option<Self> {
+        let rows = EnclosedRows::<I>::of(mechanism)?;
+        let three = |row: &[I]| <[I; 3]>::try_from(row).ok();
+        let [one, two] = &rows.normals[..] else { return None };
+        let normals = [three(one)?, three(two)?];
+        let tangents = [three(&rows.tangents[0])?, three(&rows.tangents[1])?];
+        let pull = three(&rows.pull)?;
+        let [a, b] = normals;
+        let part = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
+        let z = [part(1, 2), part(2, 0), part(0, 1)];
+        let size = dot(&z, &z).sqrt();
+        if !size.is_positive() {
+            return None;
+        }
+        let z = z.map(|part| part / size);
+        let both = |f: &dyn Fn(usize, usize) -> I| [[f(0, 0), f(0, 1)], [f(1, 0), f(1, 1)]];
+        let each = |f: &dyn Fn(usize) -> I| [f(0), f(1)];
+        Self::with(Products {
+            nn: both(&|i, j| dot(&normals[i], &normals[j])),
+            tn: both(&|i, j| dot(&tangents[i], &normals[j])),
+            tt: each(&|i| dot(&tangents[i], &tangents[i])),
+            alpha: each(&|i| dot(&tangents[i], &z)),
+            g: each(&|i| rows.gravity(i)),
+            pull: each(&|i| dot(&tangents[i], &pull)),
+            drift: dot(&pull, &z),
+            e: each(&|i| I::from(mechanism.restitution(i))),
+            mu: each(&|i| I::from(mechanism.contacts()[i].friction)),
+        })
+    }
+
+    fn with(known: Products) -> Option<Self> {
+        let Products { nn, tn, tt, alpha, g, pull, drift, e, mu } = known;
+        let det = nn[0][0] * nn[1][1] - nn[0][1] * nn[1][0];
+        if !det.is_positive() || alpha.iter().any(|a| a.contains_zero()) {
             return None;
         }
         // β = (T M⁻¹Nᵀ)(N M⁻¹Nᵀ)⁻¹
-        let beta = both(&|i, j| {
+        let beta = |i: usize, j: usize| {
             let other = 1 - j;
             (tn[i][j] * nn[other][other] - tn[i][other] * nn[other][j]) / det
-        });
-        let restitution = |i: usize| exact([first, second][i].restitution.unwrap_or(f.restitution));
+        };
         Some(Self {
-            g: each(&|i| gravity * rows[i].n[1]),
-            e: each(&restitution),
-            psi: each(&|i| -nn[0][1] / nn[i][i]),
-            mu: each(&|i| exact([first, second][i].friction)),
-            pull: each(&|i| -(gravity * rows[i].t[1])),
-            drift: -(gravity * z[1]),
+            psi: [0, 1].map(|i| -nn[0][1] / nn[i][i]),
+            beta: [0, 1].map(|i| [beta(i, 0), beta(i, 1)]),
+            g,
+            e,
+            mu,
+            pull,
+            drift,
             nn,
             tn,
             tt,
             alpha,
-            beta,
         })
     }
 
@@ -585,12 +646,12 @@ impl Local {
     }
 
     /// The ends of the motions after the corners at contact 1 and at contact 2 with landing speed 1.
-    fn flights(&self, posture: &Posture) -> [Flight; 2] {
+    fn flights(&self, fine: impl FnOnce() -> Option<Model<Ball>>) -> [Flight; 2] {
         let lets_go = [0, 1].map(|k| self.lets_go(k));
         let model = Model::new(self.g, self.psi, self.e, 2);
         let mut flights = [0, 1].map(|j| Flight::after_corner(&model, j, lets_go));
         if flights.contains(&Flight::Unknown)
-            && let Some(fine) = enclosure::local_model(posture)
+            && let Some(fine) = fine()
         {
             for j in 0..2 {
                 // If one remains unknown, the other one rarely decides.
@@ -628,22 +689,38 @@ fn landing(h: I, u: I, a: I) -> Landing<I> {
 
 impl CornerMap {
     pub(crate) fn new(posture: &Posture, jams: Jams) -> Option<Self> {
-        let local = Local::new(posture)?;
+        Some(Self::of(Local::new(posture)?, || enclosure::local_model(posture), jams))
+    }
+
+    /// That of a mechanism with three coordinates that are not locked.
+    pub(crate) fn of_mechanism(mechanism: &Mechanism, jams: Jams) -> Option<Self> {
+        let fine = || {
+            let rows = EnclosedRows::<Ball>::of(mechanism)?;
+            let n = |i: usize, j: usize| dot(&rows.normals[i], &rows.normals[j]);
+            let psi = [(-n(0, 1)).over(n(0, 0))?, (-n(0, 1)).over(n(1, 1))?];
+            let e = [0, 1].map(|i| Ball::from(mechanism.restitution(i)));
+            Some(Model::new([0, 1].map(|i| rows.gravity(i)), psi, e, 2))
+        };
+        Some(Self::of(Local::of_mechanism(mechanism)?, fine, jams))
+    }
+
+    /// `fine`: the frictionless model with more digits.
+    fn of(local: Local, fine: impl FnOnce() -> Option<Model<Ball>>, jams: Jams) -> Self {
         // The sign of v_t for ξ < 0 and for ξ > 0.
         let sides =
             [0, 1].map(|k| if local.alpha[k].is_positive() { [-1.0, 1.0] } else { [1.0, -1.0] });
         let slides = [0, 1].map(|k| sides[k].map(|side| local.slide(k, side)));
         let ends = |k: usize, side: f64| jams == Jams::Impact && local.jams_alone(k, side);
         let jump = |k: usize| sides[k].map(|side| ends(k, side).then(|| local.jump(k)));
-        Some(Self {
-            flights: local.flights(posture),
+        Self {
+            flights: local.flights(fine),
             from_rest: [local.starts_from_rest(0), local.starts_from_rest(1)],
             both: [local.both(-1.0), local.both(1.0)],
             slides,
             jumps: [jump(0), jump(1)],
             resolves_jams: jams == Jams::Impact,
             local,
-        })
+        }
     }
 
     /// Whether the motion with both contacts sliding is known for both signs of s.

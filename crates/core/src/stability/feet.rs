@@ -36,7 +36,7 @@ use crate::outcome::ContactNumber;
 use crate::stability::certify::WhyUndecided;
 use crate::stability::conditions::with_contacts;
 use crate::stability::corner::{Local, Row, length};
-use crate::stability::existence::{self, NoMotion};
+use crate::stability::existence::{self, NoMotion, Standing};
 use crate::stability::{Argument, Evidence, Finding, Stability, Verdict, judge};
 
 type I = Interval;
@@ -172,6 +172,7 @@ fn slides_on(local: &Local, which: usize, side: f64) -> Option<bool> {
 
 /// Existence for a body whose cone has these rays.
 fn existence(posture: &Posture, rays: &[KnownRay], rho2: I) -> Existence {
+    let standing = Standing::Body(posture);
     let mut known = true;
     for ray in rays {
         for (which, &contact) in ray.pair.iter().enumerate() {
@@ -188,8 +189,13 @@ fn existence(posture: &Posture, rays: &[KnownRay], rho2: I) -> Existence {
                         let open = ray.unit(rho2) + next.unit(rho2);
                         let k = ray.local.stiffness(which, side).middle();
                         let slides = [(contact, side)];
-                        let found =
-                            existence::start(posture, &slides, ray.pair[1 - which], Some(k), open);
+                        let found = existence::start(
+                            standing,
+                            &slides,
+                            ray.pair[1 - which],
+                            Some(k),
+                            open.as_slice(),
+                        );
                         if let Some(start) = found {
                             return Existence::Fails(start);
                         }
@@ -205,7 +211,8 @@ fn existence(posture: &Posture, rays: &[KnownRay], rho2: I) -> Existence {
                     let slides =
                         [0, 1].map(|i| (ray.pair[i], side * ray.local.alpha[i].middle().signum()));
                     let open = ray.unit(rho2);
-                    if let Some(start) = existence::start(posture, &slides, ray.pair[1], None, open)
+                    if let Some(start) =
+                        existence::start(standing, &slides, ray.pair[1], None, open.as_slice())
                     {
                         return Existence::Fails(start);
                     }
@@ -247,10 +254,9 @@ pub(super) fn neutral(posture: &Posture, jams: Jams) -> Option<Finding> {
     for (which, sides) in stiffness.iter().enumerate() {
         for (k, side) in sides.iter().zip([1.0, -1.0]) {
             if jams == Jams::None && local.jams_alone(which, side) {
-                let apart = existence::above(posture, pair, which)?;
-                let slides = [(pair[which], side)];
-                let start =
-                    existence::start(posture, &slides, pair[1 - which], Some(k.middle()), apart)?;
+                let (standing, slides) = (Standing::Body(posture), [(pair[which], side)]);
+                let (apart, other) = (existence::above(standing, pair, which)?, pair[1 - which]);
+                let start = existence::start(standing, &slides, other, Some(k.middle()), &apart)?;
                 return Some(Finding::Decided(
                     Stability::Unstable,
                     Argument::NoSolution,

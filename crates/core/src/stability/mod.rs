@@ -23,6 +23,7 @@ mod corner;
 mod existence;
 mod fate;
 mod feet;
+mod mechanism;
 mod reduced;
 mod region;
 mod static_forces;
@@ -38,12 +39,12 @@ pub use corner::FlightsEnd;
 pub use existence::NoMotion;
 pub use fate::{Fate, FateKind};
 pub use feet::{PairVerdict, Ray, Well};
+pub use mechanism::{mechanism_forces, mechanism_stability};
 pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
 pub use region::equilibrium_region;
 pub use static_forces::{StaticForces, friction_margin, static_forces};
-pub use trials::{Trials, trials};
+pub use trials::{Trials, mechanism_trials, trials};
 
-use nalgebra::{Matrix3, RowVector3, Vector3};
 use serde::{Deserialize, Serialize};
 
 use crate::body::posture::Posture;
@@ -58,8 +59,9 @@ pub use certify::{Potential, WhyUndecided};
 
 use crate::tolerance::DELICATE_MARGIN;
 use certify::Decision;
-use conditions::moves;
+use conditions::{Pair, moves};
 use corner::{Away, CornerMap};
+use existence::Standing;
 
 shown_as_str!(Stability, Argument, WhyUndecided, NoBound, FateKind);
 
@@ -229,9 +231,9 @@ pub enum Evidence {
     Motion {
         /// Its word.
         word: Word,
-        /// The velocity (ẋ, ẏ, θ̇) at q = 0 with which the motion starts, in m/s and rad/s. The contact on the terrain slides at 1 m/s or
+        /// The velocity (ẋ, ẏ, θ̇) at q = 0 with which the motion starts, in m/s and rad/s; of a mechanism that of all coordinates. The contact on the terrain slides at 1 m/s or
         /// is at rest; if the other contact leaves the terrain with a gap rate, that rate is 1 m/s.
-        velocity: [f64; 3],
+        velocity: Vec<f64>,
     },
     /// A start from which no motion exists.
     NoMotion(NoMotion),
@@ -561,12 +563,23 @@ impl Verdict {
         let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
         self.modes = contact_modes(&problem, Method::Auto)?.answers().to_vec();
         let equilibrium = self.equilibrium.holds;
-        let found = conditions::of_words(posture, equilibrium, &self.modes)?;
+        let found = conditions::of_words(&Pair::of(posture)?, equilibrium, &self.modes);
         let map = if equilibrium { CornerMap::new(posture, self.jams) } else { None };
-        let map = map.as_ref();
-        self.conditions = Some(found);
-        self.flight = map.and_then(|map| map.local().flights_end());
-        self.energy = Some(self.flight == Some(FlightsEnd::Energy));
+        let margin = self.equilibrium.margin / posture.size();
+        let neutral = || feet::neutral(posture, self.jams);
+        let decided = self.judge_pair(found, map.as_ref(), Standing::Body(posture), neutral);
+        self.take_pair(decided, found, map.as_ref(), margin, amplification);
+        Ok(())
+    }
+
+    /// The finding for two contacts.
+    fn judge_pair(
+        &self,
+        found: Conditions,
+        map: Option<&CornerMap>,
+        standing: Standing<'_>,
+        neutral: impl FnOnce() -> Option<Finding>,
+    ) -> Finding {
         let strongly = |by, coupling_margin| {
             let kinematic_margin = found.kinematic_margin;
             let evidence = Evidence::Margins { kinematic_margin, coupling_margin };
@@ -576,7 +589,7 @@ impl Verdict {
         // too. And when both contacts slide, exactly one word must be consistent.
         let known = map.is_some_and(CornerMap::slides_known);
         let strong = known && found.certainly_strong();
-        let decided = if !equilibrium {
+        if !self.equilibrium.holds {
             self.not_in_equilibrium()
         } else if found.clattering && strong && found.kinematic_strong_strict {
             strongly(Argument::Theorem3, found.clattering_margin)
@@ -584,14 +597,28 @@ impl Verdict {
             strongly(Argument::Theorem3Loose, found.clattering_margin)
         } else if found.chatter && strong {
             strongly(Argument::Goyal, found.chatter_margin)
-        } else if let Some(neutral) = feet::neutral(posture, self.jams) {
+        } else if let Some(neutral) = neutral() {
             neutral
         } else {
-            self.apply_sharper_tests(found, map, posture)
-        };
+            self.apply_sharper_tests(found, map, standing)
+        }
+    }
+
+    /// Takes over the finding for two contacts. `margin`: of the equilibrium, dimensionless.
+    fn take_pair(
+        &mut self,
+        decided: Finding,
+        found: Conditions,
+        map: Option<&CornerMap>,
+        margin: f64,
+        amplification: bool,
+    ) {
+        self.conditions = Some(found);
+        self.flight = map.and_then(|map| map.local().flights_end());
+        self.energy = Some(self.flight == Some(FlightsEnd::Energy));
         self.take(decided);
-        let mut margins = vec![self.equilibrium.margin / posture.size()];
-        if equilibrium {
+        let mut margins = vec![margin];
+        if self.equilibrium.holds {
             margins.push(map.map_or(0.0, CornerMap::least_slide));
         }
         match self.by {
@@ -606,14 +633,13 @@ impl Verdict {
         if amplification && self.frictional_stability == Stability::Stable {
             self.amplification = map.map_or(Err(NoBound::Modes), amplification::bound);
         }
-        Ok(())
     }
 
     fn apply_sharper_tests(
         &self,
         conditions: Conditions,
         map: Option<&CornerMap>,
-        posture: &Posture,
+        standing: Standing<'_>,
     ) -> Finding {
         let (stable, unstable) = (Stability::Stable, Stability::Unstable);
         let leaves = |answer: &&ModeAnswer| answer.consistent && moves(answer.word);
@@ -622,7 +648,8 @@ impl Verdict {
             return Finding::Decided(unstable, Argument::AcceleratingMode, word);
         }
         let Some(map) = map else { return Finding::Undecided(None) };
-        let lacks = if self.jams == Jams::None { existence::no_motion(map, posture) } else { None };
+        let lacks =
+            if self.jams == Jams::None { existence::no_motion(map, standing) } else { None };
         let open = |left| match lacks.clone() {
             Some(start) => {
                 Finding::Decided(unstable, Argument::NoSolution, Evidence::NoMotion(start))
@@ -653,7 +680,7 @@ impl Verdict {
                 Argument::AcceleratingMode,
                 Evidence::Away(step(&corner)),
             ),
-            Decision::Leaves(away) => match motion(away, map, posture) {
+            Decision::Leaves(away) => match motion(away, map, standing) {
                 Some(motion) => Finding::Decided(unstable, Argument::AcceleratingMode, motion),
                 None => Finding::Undecided(None),
             },
@@ -698,7 +725,7 @@ impl Evidence {
 }
 
 /// The word of a motion with contacts on the terrain, and the velocity with which it starts.
-fn motion(away: Away, map: &CornerMap, posture: &Posture) -> Option<Evidence> {
+fn motion(away: Away, map: &CornerMap, standing: Standing<'_>) -> Option<Evidence> {
     // Contact k slides with this sign of ξ, the other one leaves the terrain with this speed.
     let (k, side, lift) = match away {
         Away::Alone(k, side) => (k, side, 1.0),
@@ -712,16 +739,10 @@ fn motion(away: Away, map: &CornerMap, posture: &Posture) -> Option<Evidence> {
         _ if slip(i) > 0.0 => Mode::Right,
         _ => Mode::Left,
     };
-    let [own, other] = [k, 1 - k].map(|i| posture.geometry()[i]);
-    let rows = Matrix3::from_rows(&[
-        RowVector3::new(own.normal.x, own.normal.y, own.b),
-        RowVector3::new(own.tangent.x, own.tangent.y, -own.touching_c()),
-        RowVector3::new(other.normal.x, other.normal.y, other.b),
-    ]);
     let slip = if side == 0 { 0.0 } else { slip(k) };
-    let velocity = rows.lu().solve(&Vector3::new(0.0, slip, lift))?;
+    let velocity = standing.solve(k, 1 - k, [0.0, slip, lift])?;
     let word = Word::separate(2).with(0, letter(0)).with(1, letter(1));
-    Some(Evidence::Motion { word, velocity: velocity.unsigned_zero().into() })
+    Some(Evidence::Motion { word, velocity })
 }
 
 /// Converts the growths of a cycle from ξ² + y² to r² = v_t² + y². Their sum over the cycle is the same.

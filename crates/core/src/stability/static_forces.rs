@@ -60,21 +60,36 @@ fn forces_of(posture: &Posture, stance: &Stance) -> Option<StaticForces> {
     let row = |of: &dyn Fn(&Edge) -> f64| edges.iter().map(of).collect::<Vec<f64>>();
     let balance = [row(&|edge| edge.u.x), row(&|edge| edge.u.y), row(&|edge| edge.moment)];
     let loads = [0.0, if weight > 0.0 { 1.0 } else { 0.0 }, 0.0];
-    let held: Vec<_> = balance.iter().cloned().zip(loads).collect();
-    maximise(&held, &vec![0.0; edges.len()])?;
-    // Forces that balance each other, without load.
-    let mut free: Vec<_> = balance.into_iter().zip([0.0; 3]).collect();
-    free.push((vec![1.0; edges.len()], 1.0));
+    let held: Vec<_> = balance.into_iter().zip(loads).collect();
     let count = posture.contacts().len() + posture.sides_touched(&Vector3::zeros()).len();
+    let forces: Vec<(usize, [f64; 2])> =
+        edges.iter().map(|edge| (edge.contact, edge.force)).collect();
+    extremes(&held, &forces, count, weight)
+}
+
+/// The least and the largest forces of the contacts, from the balance of the weights of some edges of their cones: Σ a_u u = load, in units of
+/// `weight`. `edges`: contact and force (tangential, normal). `None` if no weights balance the load.
+pub(super) fn extremes(
+    held: &[(Vec<f64>, f64)],
+    edges: &[(usize, [f64; 2])],
+    count: usize,
+    weight: f64,
+) -> Option<StaticForces> {
+    maximise(held, &vec![0.0; edges.len()])?;
+    // Forces that balance each other, without load.
+    let mut free: Vec<_> = held.iter().map(|(row, _)| (row.clone(), 0.0)).collect();
+    free.push((vec![1.0; edges.len()], 1.0));
     let extreme = |contact: usize, axis: usize, sign: f64| {
-        let of = |edge: &Edge| if edge.contact == contact { sign * edge.force[axis] } else { 0.0 };
-        let objective = row(&of);
+        let of = |(owner, force): &(usize, [f64; 2])| {
+            if *owner == contact { sign * force[axis] } else { 0.0 }
+        };
+        let objective: Vec<f64> = edges.iter().map(of).collect();
         let value = |x: &[f64]| x.iter().zip(&objective).map(|(a, c)| a * c).sum::<f64>();
         if maximise(&free, &objective).is_some_and(|x| value(&x) > UNBOUNDED_DIRECTION) {
             return sign * f64::INFINITY;
         }
         let unit = if weight > 0.0 { weight } else { 1.0 };
-        maximise(&held, &objective).map_or(f64::NAN, |x| sign * value(&x) * unit)
+        maximise(held, &objective).map_or(f64::NAN, |x| sign * value(&x) * unit)
     };
     let all = |sign: f64| {
         (0..count)

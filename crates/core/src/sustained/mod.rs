@@ -22,6 +22,7 @@ mod facing;
 mod flight;
 mod forces;
 mod jam;
+pub(crate) mod mechanism;
 pub(crate) mod next_order;
 pub(crate) mod phase;
 mod rows;

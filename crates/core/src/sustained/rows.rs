@@ -4,6 +4,7 @@ use nalgebra::{Vector2, Vector3};
 use smallvec::SmallVec;
 
 use crate::body::contact::{ContactLetters, ContactValues};
+use crate::math::mass_vector::MassVector;
 use crate::modes::Mode;
 use crate::sustained::{BodyState, ContactState, Rounding};
 use crate::tolerance::{
@@ -31,58 +32,61 @@ pub(super) struct Row {
 }
 
 /// A value of a row, and a bound of its rounding error.
-type Known = (f64, f64);
+pub(super) type Known = (f64, f64);
 
 /// Makes the values of rows consistent with one velocity or displacement. The most accurate values of independent rows stay; the others
 /// follow from them, with their rounding errors. Rows that are `None` are left out. A row that nearly equals a row that stays (two contacts
 /// one above the other) keeps its value too: the difference of the two values is of second order in the rotation, and is more accurate as
 /// stored than as computed from other rows.
-fn consistent(rows: &[Option<Vector3<f64>>], values: &mut [Known]) {
+pub(super) fn consistent<V: MassVector>(rows: &[Option<V>], values: &mut [Known]) {
     let mut order: ContactValues<usize> = (0..rows.len()).filter(|&i| rows[i].is_some()).collect();
     order.sort_by(|&i, &j| {
         let [(one, known), (other, less)] = [values[i], values[j]];
         known.total_cmp(&less).then(one.abs().total_cmp(&other.abs()))
     });
+    let Some(dimension) = rows.iter().flatten().next().map(V::len) else { return };
     // Orthonormal directions, and bounds of the rounding errors along each.
-    let mut basis: SmallVec<[(Vector3<f64>, f64); 3]> = SmallVec::new();
-    let left_over = |row: &Vector3<f64>, basis: &[(Vector3<f64>, f64)]| {
-        let mut left = *row;
+    let mut basis: SmallVec<[(V, f64); 3]> = SmallVec::new();
+    let left_over = |row: &V, basis: &[(V, f64)]| {
+        let mut left = row.clone();
         for _ in 0..2 {
             for (direction, _) in basis {
-                left -= direction * direction.dot(&left);
+                let part = direction.dot(&left);
+                left.add_scaled(direction, -part);
             }
         }
         left
     };
-    let bound = |row: &Vector3<f64>, basis: &[(Vector3<f64>, f64)]| -> f64 {
+    let bound = |row: &V, basis: &[(V, f64)]| -> f64 {
         basis.iter().map(|(d, bound)| d.dot(row).abs() * bound).sum()
     };
-    let mut stay: SmallVec<[(usize, Vector3<f64>); 3]> = SmallVec::new();
-    let mut follow: ContactValues<(usize, Vector3<f64>)> = ContactValues::new();
+    let mut stay: SmallVec<[(usize, &V); 3]> = SmallVec::new();
+    let mut follow: ContactValues<(usize, &V)> = ContactValues::new();
     for i in order {
-        let Some(row) = rows[i] else { continue };
-        let left = left_over(&row, &basis);
+        let Some(row) = &rows[i] else { continue };
+        let left = left_over(row, &basis);
         let length = left.norm();
-        if basis.len() < 3 && length > NEARLY_EQUAL_ROWS * row.norm() {
-            let rounding = (values[i].1 + bound(&row, &basis)) / length;
-            basis.push((left / length, rounding));
+        if basis.len() < dimension && length > NEARLY_EQUAL_ROWS * row.norm() {
+            let rounding = (values[i].1 + bound(row, &basis)) / length;
+            basis.push((left.divided(length), rounding));
             stay.push((i, row));
         } else {
             follow.push((i, row));
         }
     }
-    let mut x = Vector3::zeros(); // row · x is the value of each row that stays
+    let mut x = V::zeros(dimension); // row · x is the value of each row that stays
     for ((i, row), (direction, _)) in stay.iter().zip(&basis) {
-        x += direction * ((values[*i].0 - row.dot(&x)) / row.dot(direction));
+        let missing = (values[*i].0 - row.dot(&x)) / row.dot(direction);
+        x.add_scaled(direction, missing);
     }
     for (i, row) in follow {
-        let alike = |(_, other): &(usize, Vector3<f64>)| {
-            (row - other).norm() <= NEARLY_EQUAL_ROWS * row.norm()
+        let alike = |(_, other): &(usize, &V)| {
+            row.plus(other, -1.0).norm() <= NEARLY_EQUAL_ROWS * row.norm()
         };
-        let depends = left_over(&row, &basis).norm() <= IMPLIED_ROW * row.norm();
+        let depends = left_over(row, &basis).norm() <= IMPLIED_ROW * row.norm();
         if depends && !stay.iter().any(alike) {
             let value = row.dot(&x);
-            values[i] = (value, bound(&row, &basis) + f64::EPSILON * value.abs());
+            values[i] = (value, bound(row, &basis) + f64::EPSILON * value.abs());
         }
     }
 }

@@ -40,6 +40,7 @@ use crate::math::real::Enclosed;
 use crate::outcome::Uncertain;
 
 mod flight;
+pub(crate) mod rows;
 mod shape;
 mod similar;
 

@@ -1,0 +1,420 @@
+//! Mechanisms in their posture: all accelerations in one contact mode are constant. Two contacts with frictionless impacts use the loops and
+//! the closed sums of the local model; everything else is simulated event by event, with sums of bounces and of impacts at one instant.
+
+use std::collections::BTreeSet;
+
+use crate::body::contact::{ContactLetters, ContactValues, PerContact};
+use crate::body::{ContactSpace, Mechanism, State};
+use crate::collisions::local::{LocalCollisions, LoopExit, are_one};
+use crate::collisions::log::{LastImpacts, in_words, names};
+use crate::math::mass_vector::{Coordinates, MassVector};
+use crate::modes::Mode;
+use crate::motion::bounces::Bounces;
+use crate::motion::driver::{self, Coordinates as _, Driver, DriverStep};
+use crate::motion::frame::Base;
+use crate::motion::mechanism_impacts::Laps;
+use crate::motion::record::{Moment, Motion, Tail, ZenoRecord};
+use crate::motion::slow::{InstantImpacts, SlowContacts};
+use crate::options::{Impact, Jams, Options, Stop};
+use crate::outcome::{Cause, Outcome, ZenoMethod};
+use crate::sustained::mechanism::MechanismState;
+use crate::tolerance::{DEPARTED, PARALLEL_GAP_ROWS, STILL};
+use crate::zeno::{FrozenModel, Gaps, Impulses};
+
+/// The coordinates of a mechanism.
+pub(crate) struct Jointed {
+    pub(super) mechanism: Mechanism,
+    pub(super) friction: ContactValues<f64>,
+    pub(super) state: MechanismState,
+    /// The largest speed of a contact so far, in m/s.
+    pub(super) fastest: f64,
+    /// Size of the gaps at the start, in m.
+    pub(super) place: f64,
+    /// The local model of one or two contacts, if impacts are frictionless.
+    pub(super) model: Option<FrozenModel>,
+    pub(super) sequence: InstantImpacts<Coordinates>,
+    pub(super) slow: SlowContacts,
+    /// Contacts that were set to rest because they chattered, and the speed below which they did, in m/s.
+    pub(super) stopped_chatter: (BTreeSet<usize>, f64),
+    /// Whether the warning that friction does not act in impacts has been given.
+    pub(super) friction_warned: bool,
+    pub(super) last: LastImpacts,
+    pub(super) bounces: Bounces,
+    pub(super) laps: Laps,
+}
+
+impl Jointed {
+    pub(super) fn space(&self) -> &ContactSpace {
+        self.mechanism.contact_space()
+    }
+
+    /// Size of the displacements so far, in m: of the gaps at the start, and of a throw at the largest speed.
+    pub(super) fn place(&self) -> f64 {
+        let pull = self.space().largest_pull();
+        let thrown = if pull > 0.0 { self.fastest * self.fastest / pull } else { 0.0 };
+        self.place + thrown
+    }
+}
+
+impl driver::Coordinates for Jointed {
+    fn begin(driver: &mut Driver<'_, Self>) -> Option<Outcome> {
+        driver.write_flight();
+        None
+    }
+
+    fn count(&self) -> usize {
+        self.state.points.len()
+    }
+
+    fn point(&self, i: usize) -> (f64, f64) {
+        (self.state.points[i].h, self.state.points[i].u)
+    }
+
+    fn has_left(driver: &mut Driver<'_, Self>) -> bool {
+        let limit = driver.options.neighbourhood.min(DEPARTED);
+        let Jointed { state, mechanism, fastest, .. } = &mut driver.body;
+        let space = mechanism.contact_space();
+        let far = |i: usize| {
+            let moved =
+                space.tangent(i).dot(&state.y).abs().max(space.normal_row(i).dot(&state.y).abs());
+            moved > limit
+        };
+        *fastest = fastest.max(state.speed(space));
+        (0..space.count()).any(far)
+    }
+
+    fn moment(driver: &Driver<'_, Self>) -> Moment {
+        let state = &driver.body.state;
+        Moment {
+            clock: driver.log.clock,
+            state: State::at_rest([0.0; 3]),
+            gaps: state.points.iter().map(|p| p.h).collect(),
+            rates: state.points.iter().map(|p| p.u + 0.0).collect(),
+            sides: PerContact::new(),
+            mechanism: Some(Box::new(state.clone())),
+        }
+    }
+
+    fn watch_ground(_: &mut Driver<'_, Self>) {}
+
+    fn largest_speed(driver: &Driver<'_, Self>) -> f64 {
+        driver.body.fastest
+    }
+
+    fn sliding_tolerance(driver: &Driver<'_, Self>) -> f64 {
+        let pull = driver.body.space().largest_pull();
+        STILL * driver.body.fastest.max(pull * driver.log.clock.hi)
+    }
+
+    fn impact(driver: &mut Driver<'_, Self>, coming: &[usize]) -> Option<Outcome> {
+        driver.impact(coming)
+    }
+
+    fn fly(driver: &mut Driver<'_, Self>) -> Option<Outcome> {
+        driver.resting.fill(false);
+        driver.note_flight();
+        match driver.body.model {
+            Some(model) => driver.clatter(&model),
+            None => driver.next_touchdown(),
+        }
+    }
+
+    fn rest(driver: &mut Driver<'_, Self>, rests: ContactValues<bool>, fresh: bool) -> DriverStep {
+        driver.mechanism_phase(rests, fresh)
+    }
+
+    fn last_impacts(driver: &Driver<'_, Self>) -> String {
+        driver.body.last.family(&driver.log)
+    }
+
+    fn last_warnings(driver: &mut Driver<'_, Self>) {
+        let (contacts, limit) = &driver.body.stopped_chatter;
+        if contacts.is_empty() {
+            return;
+        }
+        let [slow, fast] = [*limit, driver.body.fastest].map(in_words);
+        let who = names(contacts.iter().copied());
+        driver.record.warnings.push(format!(
+            "{who} bounced below {slow} without becoming slower; beside speeds of up to {fast} these are rounding errors: set to rest"
+        ));
+    }
+}
+
+impl<'a> Driver<'a, Jointed> {
+    /// `place`: size of the displacements at the start, in m.
+    pub(crate) fn of_mechanism(
+        mechanism: &Mechanism,
+        state: MechanismState,
+        place: f64,
+        base: Base,
+        options: &Options,
+        warnings: Vec<String>,
+        cancel: &'a dyn Fn() -> bool,
+    ) -> Self {
+        let space = mechanism.contact_space();
+        let friction: ContactValues<f64> =
+            mechanism.contacts().iter().map(|contact| contact.friction).collect();
+        let frictionless = options.impact == Impact::Newton && options.jams == Jams::None
+            || friction.iter().all(|mu| *mu == 0.0);
+        let body = Jointed {
+            model: if frictionless { frozen_model(mechanism) } else { None },
+            friction,
+            fastest: state.speed(space),
+            sequence: InstantImpacts::none(Coordinates::zeros(state.v.len())),
+            mechanism: mechanism.clone(),
+            state,
+            place,
+            slow: SlowContacts::default(),
+            stopped_chatter: (BTreeSet::new(), 0.0),
+            friction_warned: false,
+            last: LastImpacts::default(),
+            bounces: Bounces::default(),
+            laps: Laps::default(),
+        };
+        Self::with(body, base, true, options, warnings, cancel)
+    }
+
+    fn note_flight(&mut self) {
+        self.log.enter(&ContactValues::from_elem(Mode::Separate, self.body.state.points.len()));
+        self.write_flight();
+    }
+
+    pub(super) fn write_flight(&mut self) {
+        if self.log.record {
+            let word = ContactLetters::from_elem(Mode::Separate, self.body.state.points.len());
+            self.write_modes(word, self.body.space().pull().clone());
+        }
+    }
+
+    /// Begins a span in these modes with this acceleration.
+    pub(super) fn write_modes(&mut self, word: ContactLetters<Mode>, acceleration: Coordinates) {
+        if self.log.record {
+            let start = Box::new(self.body.state.clone());
+            self.write(Motion::Jointed { start, word, acceleration });
+        }
+    }
+
+    /// Begins the record of a sum of impacts.
+    pub(super) fn write_sum(&mut self, tail: Tail) {
+        self.log.enter(&ContactValues::from_elem(Mode::Separate, self.body.state.points.len()));
+        if self.log.record {
+            let start = Box::new(self.body.state.clone());
+            self.write(Motion::JointedTail { start, fastest: self.body.fastest, tail });
+        }
+    }
+
+    /// Flight to the next touchdown.
+    fn next_touchdown(&mut self) -> Option<Outcome> {
+        let times = self.body.state.touchdowns(self.body.space());
+        let first = times.iter().copied().fold(f64::INFINITY, f64::min);
+        if let Some(outcome) = self.ends_before(first) {
+            return Some(outcome);
+        }
+        self.body.state = self.body.state.flown(self.body.space(), first);
+        self.log.clock = self.log.clock.after(first);
+        for (p, t) in self.body.state.points.iter_mut().zip(&times) {
+            if *t == first {
+                (p.h, p.u) = (0.0, p.u.min(0.0));
+            }
+        }
+        None
+    }
+
+    /// Whether the flight ends at the time limit, or has no end, before this time; then moves there.
+    fn ends_before(&mut self, t: f64) -> Option<Outcome> {
+        let left = self.log.left();
+        if t <= left && t < f64::INFINITY {
+            return None;
+        }
+        if left == f64::INFINITY {
+            return Some(Outcome::Escape);
+        }
+        self.body.state = self.body.state.flown(self.body.space(), left.max(0.0));
+        self.log.clock = self.log.clock.after(left.max(0.0));
+        Some(Outcome::TimeLimit)
+    }
+
+    /// Flight and frictionless collisions of two contacts at most, until they accumulate or another event comes.
+    fn clatter(&mut self, model: &FrozenModel) -> Option<Outcome> {
+        let (start, mut gaps, mut sum) =
+            (self.log.clock, self.body.state.gaps(), Impulses::default());
+        let begun = LocalCollisions::begin(model, &mut gaps, &mut sum, &mut self.log);
+        let exit = match begun {
+            Err(exit) => exit,
+            Ok(mut collisions) => {
+                let exit = loop {
+                    if let Some(exit) = collisions.next(model, &mut self.log) {
+                        break exit;
+                    }
+                    collisions.alternate(&mut self.log);
+                };
+                collisions.end(exit, model, &mut gaps, &mut sum, &mut self.log)
+            }
+        };
+        let dt = self.log.clock.since(start);
+        self.body.state = self.body.state.hit(self.body.space(), dt, &sum, &gaps);
+        match exit {
+            LoopExit::Bounce { contact, duration } => {
+                let (end, own) = model.end_bounce(contact, &gaps, duration);
+                self.skip(Tail::Bounce { contact }, duration, &own, &end);
+                self.settle(&[contact], ZenoMethod::Bounce, true, 0.0)
+            }
+            LoopExit::Clatter(tail) => {
+                self.both_rest(model, tail.duration);
+                self.settle(&[0, 1], ZenoMethod::Clatter, tail.proved, tail.error)
+            }
+            LoopExit::Reached { remaining, self_similar } => {
+                let method = if self_similar { ZenoMethod::SelfSimilar } else { ZenoMethod::Mixed };
+                // The bound is crude, but below the rounding error of the time.
+                self.both_rest(model, 0.5 * remaining);
+                self.settle(&[0, 1], method, false, 0.5 * remaining)
+            }
+            LoopExit::Never => self.ends_before(f64::INFINITY),
+            LoopExit::TimeLimit => Some(Outcome::TimeLimit),
+            LoopExit::EventLimit => Some(Outcome::EventLimit),
+            LoopExit::Tie | LoopExit::Settled { .. } | LoopExit::Freeze => None,
+        }
+    }
+
+    /// Moves to the instant, after `t`, at which two contacts rest.
+    fn both_rest(&mut self, model: &FrozenModel, t: f64) {
+        let own = model.settle(&self.body.state.gaps(), t);
+        self.skip(Tail::Collisions, t, &own, &Gaps::default());
+    }
+
+    /// Moves to the end of a tail of this duration.
+    fn skip(&mut self, tail: Tail, t: f64, own: &Impulses, end: &Gaps) {
+        self.write_sum(tail);
+        self.body.state = self.body.state.hit(self.body.space(), t, own, end);
+        self.log.clock = self.log.clock.after(t);
+    }
+
+    /// Records that these contacts have come to rest, and have lost all other motion across their ground.
+    pub(super) fn settle(
+        &mut self,
+        contacts: &[usize],
+        method: ZenoMethod,
+        certified: bool,
+        error: f64,
+    ) -> Option<Outcome> {
+        let count = self.body.state.points.len();
+        let mut closed: PerContact<bool> = PerContact::from_elem(false, count);
+        for &i in contacts {
+            (self.resting[i], closed[i]) = (true, true);
+        }
+        if method != ZenoMethod::Rest {
+            self.cause = Some(Cause::Zeno);
+        }
+        let stops = contacts.iter().all(|&i| self.body.mechanism.restitution(i) == 0.0);
+        let (clock, at) = (self.log.clock, Jointed::moment(self));
+        if let Some(last) = self.record.zeno.last_mut()
+            && method != ZenoMethod::Rest
+            && clock.since(last.at.clock) <= 2.0 * f64::EPSILON * clock.hi
+        {
+            // The contacts of one accumulation come to rest one by one, within the rounding error of the clock.
+            last.closed.iter_mut().zip(closed).for_each(|(one, other)| *one |= other);
+            last.at = Moment { clock: last.at.clock, ..at };
+            last.error = last.error.max(error);
+            last.plastic &= stops;
+            last.certified &= certified;
+            if last.method == ZenoMethod::Bounce && last.closed.iter().filter(|on| **on).count() > 1
+            {
+                last.method = ZenoMethod::Mixed;
+            }
+            return (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno);
+        }
+        self.zeno_point(ZenoRecord {
+            closed,
+            method,
+            certified,
+            plastic: method == ZenoMethod::Bounce && stops,
+            error,
+            first_summed: self.log.hits,
+            at,
+        })
+    }
+
+    /// All contacts have just bounced in step, with gaps zero: if they go on to do so for ever, moves to the limit.
+    pub(super) fn bounce_in_step(&mut self) -> Option<Option<Outcome>> {
+        let (space, state) = (self.body.space(), &self.body.state);
+        let e = |i: usize| self.body.mechanism.restitution(i);
+        let flight = |i: usize| 2.0 * state.points[i].u / space.gravity(i);
+        let alike = |i: usize| are_one(flight(i), flight(0)) && e(i) == e(0);
+        let rises = |i: usize| state.points[i].h == 0.0 && state.points[i].u > 0.0;
+        let count = state.points.len();
+        let first = flight(0);
+        if count < 2
+            || !(first > 0.0 && first < f64::INFINITY)
+            || !(0..count).all(|i| rises(i) && alike(i))
+        {
+            return None;
+        }
+        let t = first / (1.0 - e(0));
+        if !(self.log.clock.hi + t <= self.log.end) {
+            return None;
+        }
+        self.write_sum(Tail::Collisions);
+        let mut end = self.body.state.flown(self.body.space(), t);
+        let stopped = ContactLetters::from_elem(Mode::Right, count);
+        let none = ContactValues::from_elem(0.0, count);
+        // All impulses act along the normal rows, along which nothing has moved at the limit.
+        let mut way = MechanismState { v: end.y.plus(&self.body.state.y, -1.0), ..end.clone() };
+        for state in [&mut way, &mut end] {
+            state.project(self.body.mechanism.contact_space(), &stopped, &none);
+        }
+        end.y = self.body.state.y.plus(&way.v, 1.0);
+        end.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
+        self.body.state = end;
+        self.log.clock = self.log.clock.after(t);
+        let all: Vec<usize> = (0..count).collect();
+        Some(self.settle(&all, ZenoMethod::Bounce, true, 0.0))
+    }
+
+    /// The state and the modes at time `dt` within a sum of impacts; `None` if too many events come before that time. `options`: of the run.
+    pub(crate) fn resimulate_sum(
+        mechanism: &Mechanism,
+        start: &MechanismState,
+        fastest: f64,
+        tail: Tail,
+        base: &Base,
+        options: &Options,
+        dt: f64,
+    ) -> Option<(MechanismState, ContactLetters<Mode>)> {
+        let space = mechanism.contact_space();
+        let (mut state, mut left) = (start.clone(), dt);
+        if let (Tail::Bounce { contact }, Some(model)) = (tail, frozen_model(mechanism)) {
+            let (t, gaps, own) = model.skip_bounces(contact, &start.gaps(), dt);
+            (state, left) = (start.hit(space, t, &own, &gaps), (dt - t).max(0.0));
+            let word = ContactLetters::from_elem(Mode::Separate, state.points.len());
+            return Some((state.flown(space, left), word));
+        }
+        let options = options.of_resimulated_tail(left);
+        let resting = state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
+        let mut run = Driver::of_mechanism(
+            mechanism,
+            state,
+            0.0,
+            base.clone(),
+            &options,
+            Vec::new(),
+            &|| false,
+        );
+        run.resting = resting;
+        run.body.fastest = fastest;
+        run.run_tail().map(|run| (run.body.state, run.log.word))
+    }
+}
+
+/// The model of the gaps of one or two contacts whose normal rows are independent.
+fn frozen_model(mechanism: &Mechanism) -> Option<FrozenModel> {
+    use crate::body::{LocalModel, LocalModelFields};
+    if mechanism.contacts().len() == 1 {
+        let gravity = [mechanism.contact_space().gravity(0), 0.0];
+        let restitution = [mechanism.restitution(0), 0.0];
+        let fields = LocalModelFields { gravity, restitution, ..LocalModelFields::default() };
+        return Some(FrozenModel::new(&LocalModel::frozen(fields)));
+    }
+    let local = mechanism.local().ok()?;
+    let [one, two] = local.psi();
+    (1.0 - one * two > PARALLEL_GAP_ROWS).then(|| FrozenModel::new(&local))
+}

@@ -1,0 +1,217 @@
+//! Contact phases of a mechanism: contacts at rest or sliding. Forces are constant in a word, so that it ends only where a contact lands or
+//! stops sliding.
+
+use crate::body::contact::{ContactLetters, ContactValues};
+use crate::math::mass_vector::{self, MassVector};
+use crate::modes::{MechanismProblem, Mode, Onward, onward};
+use crate::motion::driver::{Driver, DriverStep};
+use crate::motion::mechanism::Jointed;
+use crate::options::Stop;
+use crate::outcome::{Cause, ContactNumber, Outcome, ZenoMethod};
+use crate::sustained::mechanism::{MechanismState, ModeEnd};
+use crate::tolerance::{BODY_STOPPED, DEPARTED, SLOWER_SLIDE, STILL, TOUCH};
+
+/// The warning of a run in which the contacts rest and other coordinates move on.
+const HIDDEN: &str = "the contacts rest, but coordinates that they do not feel move on";
+
+/// Signs of sliding of all contacts; `None`: separate.
+type Ways = ContactLetters<Option<i8>>;
+
+impl Driver<'_, Jointed> {
+    /// A contact phase from these contacts at rest on.
+    pub(super) fn mechanism_phase(
+        &mut self,
+        mut rests: ContactValues<bool>,
+        fresh: bool,
+    ) -> DriverStep {
+        let space = self.body.mechanism.contact_space();
+        let (count, touch) = (rests.len(), TOUCH * self.body.place());
+        for i in 0..count {
+            let touches = !rests[i] && self.body.state.points[i].h <= touch;
+            rests[i] |= touches && MechanismState::depends(space, i, &rests);
+            if rests[i] {
+                (self.body.state.points[i].h, self.body.state.points[i].u) = (0.0, 0.0);
+            }
+        }
+        let word: ContactLetters<Mode> =
+            rests.iter().map(|on| if *on { Mode::Right } else { Mode::Separate }).collect();
+        self.body.state.project(space, &word, &self.body.friction);
+        let new: Vec<usize> = (0..count)
+            .filter(|&i| rests[i] && !self.resting[i])
+            .filter(|&i| match space.gravity(i) {
+                0.0 => !fresh,
+                pull => pull > 0.0,
+            })
+            .collect();
+        if !new.is_empty() {
+            let method = if fresh { ZenoMethod::Rest } else { ZenoMethod::Bounce };
+            if let Some(outcome) = self.settle(&new, method, true, 0.0) {
+                return DriverStep::End(outcome);
+            }
+        }
+        let mut ways = self.ways(&rests);
+        loop {
+            let chosen = match self.choose(&ways) {
+                Ok(chosen) => chosen,
+                Err(Outcome::Inconsistent) if self.jam() => return self.stop_slow(0.0).into(),
+                Err(outcome) => return DriverStep::End(outcome),
+            };
+            let mut word = chosen.word.clone();
+            for (way, mode) in ways.iter_mut().zip(&word) {
+                *way = (*mode != Mode::Separate).then_some(mode.direction() as i8);
+            }
+            if word.iter().all(|&mode| mode == Mode::Separate) {
+                return DriverStep::Flight;
+            }
+            let rests = self.is_at_rest(&chosen);
+            if rests {
+                self.body.state.v.clear();
+                for (i, mode) in word.iter_mut().enumerate() {
+                    self.body.state.points[i].u = 0.0;
+                    if *mode != Mode::Separate && self.body.friction[i] == 0.0 {
+                        *mode = Mode::Fixed; // forces do not change
+                    }
+                }
+            } else {
+                let Jointed { state, mechanism, friction, .. } = &mut self.body;
+                state.hold(mechanism.contact_space(), &word, friction);
+            }
+            self.log.enter(&word);
+            for (resting, mode) in self.resting.iter_mut().zip(&word) {
+                *resting = *mode != Mode::Separate;
+            }
+            let still = || mass_vector::Coordinates::zeros(chosen.acceleration.len());
+            let acceleration = if rests { still() } else { chosen.acceleration.clone() };
+            self.write_modes(word.clone(), acceleration);
+            if rests {
+                return DriverStep::End(self.stay());
+            }
+            match self.hold_on(&word, &chosen) {
+                Ok(i) => {
+                    self.cause = Some(Cause::Stop(ContactNumber::of(i)));
+                    self.stopped(i, &word, &mut ways);
+                }
+                Err(step) => return step,
+            }
+            if !self.log.step() {
+                return DriverStep::End(Outcome::EventLimit);
+            }
+        }
+    }
+
+    /// The signs of sliding of these closed contacts: 0 where the speed counts as zero.
+    fn ways(&self, closed: &[bool]) -> Ways {
+        let (space, state) = (self.body.space(), &self.body.state);
+        let tolerance = Self::still_slide(self);
+        let limit = |i: usize| if self.body.friction[i] > 0.0 { tolerance } else { 0.0 };
+        let slips: ContactValues<f64> = (0..closed.len()).map(|i| state.slip(space, i)).collect();
+        let on = || (0..closed.len()).filter(|&i| closed[i]);
+        let fastest = on().map(|i| slips[i].abs()).fold(0.0, f64::max);
+        let most = on().map(limit).fold(0.0, f64::max);
+        let together = MechanismState::leaves_one_motion(space, closed);
+        let none = |i: usize| match together {
+            true if fastest > most => slips[i].abs() <= SLOWER_SLIDE * fastest,
+            true => true,
+            false => slips[i].abs() <= limit(i),
+        };
+        let sign = |slip: f64| i8::from(slip > 0.0) - i8::from(slip < 0.0);
+        (0..closed.len())
+            .map(|i| closed[i].then(|| if none(i) { 0 } else { sign(slips[i]) }))
+            .collect()
+    }
+
+    /// The only word in which the motion continues; an error: the outcome if there is none or more than one.
+    fn choose(&mut self, ways: &[Option<i8>]) -> Result<Onward, Outcome> {
+        let Jointed { mechanism, friction, .. } = &self.body;
+        let mut found = match onward(mechanism.contact_space(), friction, ways) {
+            Ok(found) => found,
+            Err(error) => {
+                let warning = format!("the contact modes could not be solved: {error}");
+                self.record.warnings.push(warning);
+                return Err(Outcome::EventLimit);
+            }
+        };
+        let none = found.is_empty();
+        match found.pop() {
+            Some(one) if found.is_empty() && !one.undetermined => Ok(one),
+            _ => {
+                let problem = MechanismProblem::new(mechanism, ways).ok();
+                self.record.undecided_mechanism = problem.map(Box::new);
+                Err(if none { Outcome::Inconsistent } else { Outcome::Ambiguous })
+            }
+        }
+    }
+
+    /// Whether nothing moves that the contacts feel: a fixed word leaves no motion, or all speeds and accelerations are rounding error.
+    fn is_at_rest(&self, chosen: &Onward) -> bool {
+        let (space, state) = (self.body.space(), &self.body.state);
+        let fixed = MechanismState::is_fixed(space, &chosen.word, &self.body.friction);
+        let slow = state.speed(space) <= Self::still_slide(self);
+        fixed || slow && space.reach() * chosen.acceleration.norm() <= STILL * space.largest_pull()
+    }
+
+    /// Stays at rest. The hidden motion, if it is accelerated, carries the mechanism away.
+    fn stay(&mut self) -> Outcome {
+        let start = self.record.base.mechanism.as_ref();
+        let space = self.body.mechanism.contact_space();
+        let falls = space.hidden().amax() > 0.0;
+        let drifts = start.is_some_and(|start| start.hidden_velocity.amax() > 0.0);
+        if (falls || drifts) && !self.record.warnings.iter().any(|warning| warning == HIDDEN) {
+            self.record.warnings.push(HIDDEN.into());
+        }
+        if self.options.stop == Stop::Time {
+            self.log.clock = self.log.clock.after(self.log.left().max(0.0));
+            return Outcome::TimeLimit;
+        }
+        if falls { Outcome::Escape } else { Outcome::Rest }
+    }
+
+    /// Holds the contacts in these modes: up to the contact that stops sliding, or to another end of the phase.
+    fn hold_on(&mut self, word: &[Mode], chosen: &Onward) -> Result<usize, DriverStep> {
+        let Jointed { state, mechanism, friction, .. } = &self.body;
+        let (space, a) = (mechanism.contact_space(), &chosen.acceleration);
+        let (t, end) = state.first_event(space, word, friction, a);
+        let way = t * (state.speed(space) + t * space.reach() * a.norm());
+        let left = self.log.left();
+        let endless = t == f64::INFINITY || way > DEPARTED;
+        if endless && left == f64::INFINITY {
+            let closed = word.iter().all(|&mode| mode != Mode::Separate);
+            let dof = mechanism.dof();
+            self.record.acceleration = Some(space.acceleration(dof, a));
+            return Err(DriverStep::End(if closed { Outcome::Sliding } else { Outcome::Escape }));
+        }
+        if endless || t > left {
+            self.body.state = state.after(space, word, a, left.max(0.0));
+            self.log.clock = self.log.clock.after(left.max(0.0));
+            return Err(DriverStep::End(Outcome::TimeLimit));
+        }
+        self.body.state = state.after(space, word, a, t);
+        self.log.clock = self.log.clock.after(t);
+        match end {
+            ModeEnd::Landing(i) => {
+                let p = &mut self.body.state.points[i];
+                (p.h, p.u) = (0.0, p.u.min(0.0));
+                Err(self.land_again(i))
+            }
+            ModeEnd::Stop(i) => Ok(i),
+            ModeEnd::Never => Err(DriverStep::Piece),
+        }
+    }
+
+    /// The sliding speed of contact `i` has decreased to zero: all motion has, or all slides, or only this one.
+    fn stopped(&mut self, i: usize, word: &[Mode], ways: &mut Ways) {
+        let space = self.body.mechanism.contact_space();
+        let closed: ContactValues<bool> = word.iter().map(|mode| *mode != Mode::Separate).collect();
+        let count = closed.iter().filter(|on| **on).count();
+        let slow = self.body.state.speed(space) <= Self::still_slide(self) * BODY_STOPPED;
+        if count > 1 && slow {
+            self.body.state.v.clear();
+        }
+        let all = count == 1 || slow || MechanismState::leaves_one_motion(space, &closed);
+        for (j, way) in ways.iter_mut().enumerate() {
+            if all || j == i {
+                *way = way.map(|_| 0);
+            }
+        }
+    }
+}

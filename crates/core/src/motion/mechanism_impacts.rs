@@ -1,0 +1,624 @@
+//! Impacts of a mechanism, and the sums of infinitely many of them: at one instant, of one contact that bounces alone, and in cycles while
+//! another contact is held.
+
+use crate::body::ContactSpace;
+use crate::body::contact::{ContactLetters, ContactValues};
+use crate::collisions::log::names;
+use crate::impact::friction::{self, Material, NO_FRICTION, plastic_jam};
+use crate::math::clock::Clock;
+use crate::math::mass_vector::{Coordinates, MassVector};
+use crate::math::simplex::maximise;
+use crate::modes::Mode;
+use crate::motion::driver::{Coordinates as _, Driver, DriverStep};
+use crate::motion::mechanism::Jointed;
+use crate::motion::record::{ListedImpact, Tail};
+use crate::motion::slow::{GoesOn, InstantImpacts};
+use crate::options::{Impact, Jams, Simultaneous};
+use crate::outcome::{Cause, ContactNumber, Outcome, ZenoMethod};
+use crate::sustained::mechanism::{GapState, MechanismState};
+use crate::tolerance::{
+    CONTACT_STOPPED, CYCLE_RATIO_ROUNDINGS, DEPENDENT_ROW, HIT_IN_TURN, REACHED, REMAINDER_FACTOR,
+    STILL, UNLOADED,
+};
+
+/// Number of impacts of a contact before the first attempt to sum its bounces.
+const FIRST_ATTEMPT: usize = 2;
+
+impl Driver<'_, Jointed> {
+    pub(super) fn material(&self, i: usize) -> Material {
+        let contact = &self.body.mechanism.contacts()[i];
+        Material {
+            friction: contact.friction,
+            restitution: self.body.mechanism.restitution(i),
+            tangential_restitution: contact.tangential_restitution,
+        }
+    }
+
+    /// One impact of contacts that approach at zero gap, or several at once.
+    pub(super) fn impact(&mut self, coming: &[usize]) -> Option<Outcome> {
+        let coming = self.arriving(coming);
+        let arriving: ContactValues<usize> =
+            coming.iter().copied().filter(|&i| !self.resting[i]).collect();
+        let chosen = if arriving.is_empty() { &coming } else { &arriving };
+        if chosen.len() > 1 {
+            let numbers: Vec<String> = chosen.iter().map(|i| (i + 1).to_string()).collect();
+            self.warn_once(format!(
+                "contacts {} collided at the same instant; the outcome depends on the policy `simultaneous`",
+                numbers.join(", ")
+            ));
+            if self.options.policy() == Simultaneous::Newton {
+                return if self.sum_up(chosen[0]) {
+                    self.stop_slow(0.0)
+                } else {
+                    self.together(chosen)
+                };
+            }
+        }
+        let last = self.options.policy() == Simultaneous::LastContactFirst;
+        let i = if last { *chosen.last()? } else { chosen[0] };
+        if self.sum_up(i) {
+            return self.stop_slow(0.0);
+        }
+        let (law, material) = (self.options.impact, self.material(i));
+        let space = self.body.mechanism.contact_space();
+        let w = MechanismState::impact_matrix(space, i);
+        let GapState { u: rate, rounding, .. } = self.body.state.points[i];
+        let slip = self.body.state.slip(space, i);
+        let Some([p_t, mut p_n]) = friction::impulse(law, &w, [slip, rate], &material) else {
+            self.record
+                .warnings
+                .push(format!("the law of impact has no solution at contact {}", i + 1));
+            return Some(Outcome::Inconsistent);
+        };
+        let restitution = material.restitution;
+        let newton = restitution == 0.0 || !matches!(law, Impact::Poisson | Impact::Stronge);
+        if newton {
+            // The remaining error of u⁺ + e u⁻ is subtracted.
+            p_n -= ((1.0 + restitution) * rate + w.nt * p_t + w.nn * p_n) / w.nn;
+        }
+        let before = self.rates();
+        self.apply_impulse(i, [p_t, p_n]);
+        let p = &mut self.body.state.points[i];
+        if newton {
+            p.u = -restitution * rate; // exact by the law, without rounding error
+        }
+        p.rounding.rate = (p.u / rate).abs() * rounding.rate + f64::EPSILON * p.u.abs();
+        self.hit_once(i, before, rate, [p_t, p_n]);
+        if coming.len() == 1
+            && let Some(end) = self.bounced(i, [p_t, p_n])
+        {
+            return end;
+        }
+        self.stop_slow(rate.abs())
+    }
+
+    /// Those that are hit: these, and all that arrive with them, whose gaps are set to zero.
+    fn arriving(&mut self, coming: &[usize]) -> ContactValues<usize> {
+        let mut all = ContactValues::from_slice(coming);
+        if self.body.sequence.goes_on(self.log.clock) {
+            return all;
+        }
+        for j in 0..self.body.state.points.len() {
+            let state = &mut self.body.state;
+            let together = coming.iter().any(|&i| state.lands_with(j, &state.points[i]));
+            if state.points[j].h > 0.0 && together {
+                state.points[j].h = 0.0;
+                all.push(j);
+            }
+        }
+        all.sort_unstable();
+        all
+    }
+
+    fn warn_once(&mut self, warning: String) {
+        if !self.record.warnings.contains(&warning) {
+            self.record.warnings.push(warning);
+        }
+    }
+
+    /// Gap rates; empty without a record.
+    fn rates(&self) -> Vec<f64> {
+        let count = if self.log.record { self.body.state.points.len() } else { 0 };
+        self.body.state.points.iter().take(count).map(|p| p.u).collect()
+    }
+
+    /// Counts and records an impact.
+    fn hit_once(&mut self, i: usize, before: Vec<f64>, rate: f64, impulse: [f64; 2]) {
+        self.log.hits += 1;
+        self.cause = Some(Cause::Impact(ContactNumber::of(i)));
+        let rubs = self.options.impact == Impact::Newton && self.body.friction[i] > 0.0;
+        if rubs && !self.body.friction_warned {
+            self.body.friction_warned = true;
+            self.record.warnings.push(NO_FRICTION.into());
+        }
+        self.body.last.follow(i, -rate, &self.log);
+        if self.log.record {
+            let (clock, after) = (self.log.clock, self.rates());
+            self.record.impacts.push(ListedImpact { clock, contact: i, before, after, impulse });
+        }
+    }
+
+    fn apply_impulse(&mut self, i: usize, impulse: [f64; 2]) {
+        let change = self.body.state.push(self.body.mechanism.contact_space(), i, impulse);
+        self.body.sequence.pushed(i, impulse[0], &change);
+    }
+
+    /// Newton's frictionless law for all these contacts at once: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0.
+    fn together(&mut self, hit: &[usize]) -> Option<Outcome> {
+        let before: Vec<f64> = self.body.state.points.iter().map(|p| p.u).collect();
+        let e = |i: usize| self.body.mechanism.restitution(i);
+        let need: Vec<f64> = hit.iter().map(|&i| -(1.0 + e(i)) * before[i]).collect();
+        let Some(impulses) = frictionless(self.body.space(), hit, &need) else {
+            self.record
+                .warnings
+                .push("the law of impact has no solution for the simultaneous impacts".into());
+            return Some(Outcome::Inconsistent);
+        };
+        let after: Vec<f64> = hit.iter().map(|&i| -e(i) * before[i]).collect();
+        let listed = self.rates();
+        let pushed = || hit.iter().zip(&impulses).zip(&after).filter(|((_, p), _)| **p > 0.0);
+        let pushes: Vec<(usize, f64, f64)> = pushed().map(|((i, p), u)| (*i, *p, *u)).collect();
+        for &(i, p, _) in &pushes {
+            self.apply_impulse(i, [0.0, p]);
+        }
+        let all = pushes.len() == self.body.state.points.len();
+        for &(i, p, u) in &pushes {
+            self.body.state.points[i].u = u;
+            self.hit_once(i, listed.clone(), before[i], [0.0, p]);
+        }
+        if all && let Some(end) = self.bounce_in_step() {
+            return end;
+        }
+        let fastest = before.iter().fold(0.0_f64, |most, u| most.max(-u));
+        self.stop_slow(fastest)
+    }
+
+    /// As for bodies: infinitely many impacts at one instant, in cycles that shrink in one ratio, are summed.
+    fn sum_up(&mut self, i: usize) -> bool {
+        let rates: ContactValues<f64> = self.body.state.points.iter().map(|p| p.u).collect();
+        let pieces = ContactValues::from_elem(0, rates.len());
+        let Jointed { sequence, mechanism, state, fastest, .. } = &mut self.body;
+        let (space, fastest) = (mechanism.contact_space(), *fastest);
+        let size = |v: &Coordinates| space.reach() * v.norm();
+        let GoesOn::Shrinking { change, sum, start, rubs } =
+            sequence.next(i, self.log.clock, &rates, pieces, size, fastest)
+        else {
+            return false;
+        };
+        let mut end = state.clone();
+        end.v.add_scaled(&change, sum);
+        for (j, p) in end.points.iter_mut().enumerate() {
+            if p.h > 0.0 {
+                p.u += sum * space.normal_row(j).dot(&change);
+                continue;
+            }
+            let limit = InstantImpacts::<Coordinates>::limit_of_rate(p.u, start[j], sum);
+            let Some(limit) = limit else { return false };
+            p.u = limit;
+        }
+        let turns_back = |j: usize| {
+            let (now, limit) = (state.slip(space, j), end.slip(space, j));
+            end.points[j].u == 0.0
+                && InstantImpacts::<Coordinates>::turns_back(now, limit, rubs[j], fastest)
+        };
+        if (0..rates.len()).any(turns_back) {
+            return false;
+        }
+        *state = end;
+        true
+    }
+
+    /// After an impact with the speed `hit` (m/s): sets those contacts to rest whose remaining motion is below its rounding error.
+    pub(super) fn stop_slow(&mut self, hit: f64) -> Option<Outcome> {
+        let limit = CONTACT_STOPPED * self.body.fastest;
+        let space = self.body.mechanism.contact_space();
+        let count = self.body.state.points.len();
+        let pulls: ContactValues<f64> = (0..count).map(|i| space.gravity(i)).collect();
+        let points = self.body.state.points.iter();
+        let speeds: ContactValues<f64> =
+            points.zip(&pulls).map(|(p, pull)| p.landing_speed(*pull)).collect();
+        let (slow, watched) = self.body.slow.stopping(hit, &speeds, limit);
+        let (mut stopped, mut error) = (Vec::new(), 0.0_f64);
+        let mut stops: ContactValues<bool> =
+            self.body.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
+        for (i, &speed) in speeds.iter().enumerate().filter(|(i, _)| slow[*i]) {
+            stops[i] = true;
+            let loss = 1.0 - self.body.mechanism.restitution(i);
+            if !self.resting[i] && pulls[i] >= 0.0 {
+                if pulls[i] > 0.0 {
+                    error = error.max(2.0 * speed / (pulls[i] * loss));
+                }
+                stopped.push(i);
+            }
+        }
+        if slow.contains(&true) {
+            let change = self.body.state.arrest(space, &stops);
+            self.body.sequence.changes(&change);
+            self.body.state.reconcile(space, self.body.place());
+            for (p, _) in self.body.state.points.iter_mut().zip(&stops).filter(|(_, stops)| **stops)
+            {
+                (p.h, p.u) = (0.0, 0.0);
+            }
+            if self.body.slow.chatters() && self.body.state.speed(space) <= watched {
+                self.body.state.v.clear();
+                self.body.state.points.iter_mut().for_each(|p| p.u = 0.0);
+            }
+        }
+        if stopped.is_empty() {
+            return None;
+        }
+        if self.body.slow.stopped() {
+            self.body.stopped_chatter.0.extend(stopped.iter().copied());
+            self.body.stopped_chatter.1 = watched;
+        }
+        let fades = hit <= HIT_IN_TURN * CONTACT_STOPPED * self.body.fastest;
+        let method =
+            if stopped.len() == 1 || !fades { ZenoMethod::Bounce } else { ZenoMethod::Mixed };
+        self.settle(&stopped, method, false, error)
+    }
+
+    /// No mode is consistent: an impact without collision at a sliding contact, if the law has one or jams are impacts. Returns whether there
+    /// is one.
+    pub(super) fn jam(&mut self) -> bool {
+        let space = self.body.mechanism.contact_space();
+        let points = &self.body.state.points;
+        let mut closed: Vec<usize> =
+            (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u == 0.0).collect();
+        if self.options.policy() == Simultaneous::LastContactFirst {
+            closed.reverse();
+        }
+        let (law, state) = (self.options.impact, &self.body.state);
+        let found = closed.iter().find_map(|&i| {
+            let w = MechanismState::impact_matrix(space, i);
+            friction::jam(law, &w, state.slip(space, i), &self.material(i))
+                .map(|impulse| (i, impulse))
+        });
+        let (impulses, stands) = match found {
+            Some(one) => (vec![one], false),
+            None if self.options.jams == Jams::Impact => match self.stops_jam(&closed) {
+                Some(found) => found,
+                None => return false,
+            },
+            None => return false,
+        };
+        let who = names(impulses.iter().map(|(i, _)| *i));
+        self.warn_once(match found {
+            Some(_) => format!(
+                "{who} jammed while it slid: no contact mode was consistent, and an impact without collision followed"
+            ),
+            None => format!(
+                "{who} jammed: no contact mode was consistent, and a plastic impact without collision followed (jams=\"impact\")"
+            ),
+        });
+        for &(i, impulse) in &impulses {
+            let before = self.rates();
+            self.apply_impulse(i, impulse);
+            if !stands && (found.is_none() || self.material(i).restitution == 0.0) {
+                self.body.state.points[i].u = 0.0;
+            }
+            self.hit_once(i, before, 0.0, impulse);
+            self.resting[i] = found.is_none() && self.resting[i];
+        }
+        if stands {
+            self.body.state.v.clear();
+            self.body.state.points.iter_mut().for_each(|p| p.u = 0.0);
+        }
+        self.record.undecided = None;
+        true
+    }
+
+    /// The impulses of the plastic impact that ends a jam, and whether all contacts stop: forces in their friction cones stop all motion, or else
+    /// the first contact that jams stops alone, if this opens the others.
+    #[allow(clippy::type_complexity, reason = "used once")]
+    fn stops_jam(&self, closed: &[usize]) -> Option<(Vec<(usize, [f64; 2])>, bool)> {
+        let (space, state) = (self.body.space(), &self.body.state);
+        if closed.len() > 1
+            && let Some(impulses) = stopped_by(space, &self.body.friction, &state.v, closed)
+        {
+            return Some((impulses, true));
+        }
+        closed.iter().find_map(|&i| {
+            let w = MechanismState::impact_matrix(space, i);
+            let impulse = plastic_jam(&w, state.slip(space, i), self.body.friction[i])?;
+            let mut after = state.clone();
+            after.push(space, i, impulse);
+            let opens = |k: &usize| *k == i || after.points[*k].u > 0.0;
+            closed.iter().all(opens).then(|| (vec![(i, impulse)], false))
+        })
+    }
+
+    /// Contact `i` alone has been hit by this impulse (tangential, normal). If all its further bounces are known, moves to their limit.
+    fn bounced(&mut self, i: usize, impulse: [f64; 2]) -> Option<Option<Outcome>> {
+        let alone =
+            (0..self.body.state.points.len()).all(|j| j == i || self.body.state.points[j].h > 0.0);
+        if !alone || !self.body.bounces.follow(i, self.log.hits, FIRST_ATTEMPT) {
+            return None;
+        }
+        let (t, end) = self.end_of_bounces(i, impulse)?;
+        self.write_sum(Tail::Collisions);
+        self.body.state = end;
+        self.log.clock = self.log.clock.after(t);
+        self.body.bounces = crate::motion::bounces::Bounces::default();
+        Some(self.settle(&[i], ZenoMethod::Bounce, false, 0.0))
+    }
+
+    /// The limit of all further bounces of contact `i`, in flight at the speed u after an impact with this impulse: the time until then, and the
+    /// state. Each bounce multiplies u by r. With π the impulse per unit landing speed,
+    ///
+    /// ```text
+    /// T = 2u/(g(1 − r)),   J = π u/(1 − r),   ẏ_∞ = ẏ + pull T + J
+    /// ```
+    ///
+    /// and the impulses, in proportion to the time that is left, act as a constant force J/T with a correction that the gap of the contact shows.
+    fn end_of_bounces(&self, i: usize, impulse: [f64; 2]) -> Option<(f64, MechanismState)> {
+        let (space, state) = (self.body.space(), &self.body.state);
+        let (law, mut material) = (self.options.impact, self.material(i));
+        if law == Impact::Newton {
+            material.friction = 0.0;
+        }
+        let (g, u) = (space.gravity(i), state.points[i].u);
+        if !(g > 0.0 && u > 0.0) {
+            return None;
+        }
+        let (slip, pulled) = (state.slip(space, i), space.b()[2 * i]);
+        let still = slip.abs() <= STILL * self.body.fastest;
+        let sticks = impulse[0].abs() < (1.0 - STILL) * material.friction * impulse[1];
+        if sticks && !(still && material.tangential_restitution == 0.0) {
+            return None;
+        }
+        // The next impact: a contact that sticks lands with the sliding speed of one flight.
+        let next = if sticks { 2.0 * pulled * u / g } else { slip + 2.0 * pulled * u / g };
+        let w = MechanismState::impact_matrix(space, i);
+        let [p_t, p_n] = friction::impulse(law, &w, [next, -u], &material)?;
+        let returned = w.nt * p_t + w.nn * p_n - u;
+        let r = returned / u;
+        let sticks_again = p_t.abs() < (1.0 - STILL) * material.friction * p_n;
+        let slides_on = !sticks && !sticks_again && p_t * impulse[0] >= 0.0;
+        if !(r > 0.0 && r < 1.0) || !(sticks && sticks_again || slides_on) {
+            return None;
+        }
+        if !sticks && material.friction > 0.0 && matches!(law, Impact::ChatterjeeRuina) {
+            return None; // the impulse of a slide is not in proportion to the landing speed alone
+        }
+        let t = 2.0 * u / (g * (1.0 - r));
+        if !(self.log.clock.hi + t <= self.log.end) {
+            return None;
+        }
+        let push = space.normal_row(i).scaled(p_n).plus(space.tangent(i), p_t);
+        let total = push.scaled(1.0 / (1.0 - r));
+        let mut end = state.flown(space, t);
+        // Σ_k π u rᵏ (T − t_k) with T − t_k = T r^(k + 1): the way of these impulses.
+        let way = push.scaled(t * r / (1.0 - r * r));
+        end.v.add_scaled(&total, 1.0);
+        end.y.add_scaled(&way, 1.0);
+        // No other contact lands before: its gap falls by less than this.
+        for (j, p) in end.points.iter_mut().enumerate() {
+            let (was, row) = (state.points[j], space.normal_row(j));
+            let (thrown, moved) = (row.dot(&total), row.dot(&way));
+            (p.h, p.u) = (was.h + t * (was.u - 0.5 * space.gravity(j) * t) + moved, p.u + thrown);
+            let most = t * (was.u.abs() + t * space.gravity(j).abs() + thrown.abs());
+            if j != i && was.h <= REMAINDER_FACTOR * most {
+                return None;
+            }
+        }
+        // At the limit the contact rests on its ground, or does not slide either; what is left of these speeds is rounding error.
+        let mode = |j: usize| match j == i {
+            true if sticks => Mode::Fixed,
+            true => Mode::Right,
+            false => Mode::Separate,
+        };
+        let word: ContactLetters<Mode> = (0..state.points.len()).map(mode).collect();
+        end.hold(space, &word, &self.body.friction);
+        if !sticks && material.friction > 0.0 {
+            let way = -impulse[0].signum();
+            let turns = |slip: f64| slip * way < -STILL * self.body.fastest;
+            if turns(slip) || turns(end.slip(space, i)) {
+                return None;
+            }
+        }
+        Some((t, end))
+    }
+}
+
+/// The impulses P ≥ 0 along the normals of these contacts after which ΔU = N·(Nᵀ P) ≥ `need`, with equality where P > 0; `None` if there are
+/// none. This is the least impulse, min ½|Nᵀ P|² − needᵀ P: contacts are added one by one, the one that lacks most first (Lawson & Hanson
+/// 1974).
+fn frictionless(space: &ContactSpace, hit: &[usize], need: &[f64]) -> Option<Vec<f64>> {
+    let n = hit.len();
+    let d = |k: usize, l: usize| space.normal(hit[k], hit[l]);
+    let size = need.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
+    let mut p = vec![0.0; n];
+    let mut on: Vec<usize> = Vec::new();
+    for _ in 0..8 * n {
+        let lacks = |k: usize| need[k] - (0..n).map(|l| d(k, l) * p[l]).sum::<f64>();
+        let worst = (0..n)
+            .filter(|k| !on.contains(k))
+            .map(|k| (lacks(k), k))
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        let Some((_, k)) = worst.filter(|(lack, _)| *lack > UNLOADED.max(DEPENDENT_ROW) * size)
+        else {
+            return Some(p);
+        };
+        on.push(k);
+        loop {
+            let Some(step) = solved(&on, d, need) else {
+                // The row of k depends on the others: its impulse replaces theirs, until one of them is zero.
+                on.pop();
+                let share = solved(&on, d, &(0..n).map(|l| d(l, k)).collect::<Vec<_>>())?;
+                let (room, at) = on
+                    .iter()
+                    .zip(&share)
+                    .enumerate()
+                    .filter(|(_, (_, share))| **share > 0.0)
+                    .map(|(at, (l, share))| (p[*l] / share, at))
+                    .min_by(|a, b| a.0.total_cmp(&b.0))?;
+                on.iter().zip(&share).for_each(|(l, share)| p[*l] -= room * share);
+                p[k] = room;
+                p[on[at]] = 0.0;
+                on[at] = k;
+                continue;
+            };
+            let short = on
+                .iter()
+                .zip(&step)
+                .filter(|(_, to)| **to <= 0.0)
+                .map(|(l, to)| p[*l] / (p[*l] - to))
+                .fold(1.0, f64::min);
+            on.iter().zip(&step).for_each(|(l, to)| p[*l] += short * (to - p[*l]));
+            if short >= 1.0 {
+                break;
+            }
+            on.retain(|l| {
+                let stays = p[*l] > UNLOADED * size;
+                if !stays {
+                    p[*l] = 0.0;
+                }
+                stays
+            });
+        }
+    }
+    None
+}
+
+/// x with Σ_l d(k, l) x_l = right_k for these rows and columns, by Cholesky; `None` if the matrix is singular.
+fn solved(on: &[usize], d: impl Fn(usize, usize) -> f64, right: &[f64]) -> Option<Vec<f64>> {
+    let n = on.len();
+    let mut l = vec![vec![0.0; n]; n];
+    for i in 0..n {
+        for j in 0..=i {
+            let left = d(on[i], on[j]) - (0..j).map(|k| l[i][k] * l[j][k]).sum::<f64>();
+            if i > j {
+                l[i][j] = left / l[j][j];
+            } else if left > DEPENDENT_ROW * d(on[i], on[i]) {
+                l[i][i] = left.sqrt();
+            } else {
+                return None;
+            }
+        }
+    }
+    let mut x = vec![0.0; n];
+    for i in 0..n {
+        x[i] = (right[on[i]] - (0..i).map(|k| l[i][k] * x[k]).sum::<f64>()) / l[i][i];
+    }
+    for i in (0..n).rev() {
+        x[i] = (x[i] - (i + 1..n).map(|k| l[k][i] * x[k]).sum::<f64>()) / l[i][i];
+    }
+    Some(x)
+}
+
+/// Impulses (tangential, normal) in the friction cones of these contacts that stop all motion; `None` if there are none.
+fn stopped_by(
+    space: &ContactSpace,
+    friction: &[f64],
+    v: &Coordinates,
+    closed: &[usize],
+) -> Option<Vec<(usize, [f64; 2])>> {
+    let speed = v.norm();
+    let edges: Vec<(usize, [f64; 2], Coordinates)> = closed
+        .iter()
+        .flat_map(|&i| [1.0, -1.0].map(|side| (i, [side * friction[i], 1.0])))
+        .map(|(i, [t, n])| (i, [t, n], space.normal_row(i).scaled(n).plus(space.tangent(i), t)))
+        .collect();
+    let balance: Vec<(Vec<f64>, f64)> = v
+        .iter()
+        .enumerate()
+        .map(|(k, part)| {
+            let along = |edge: &Coordinates| edge.iter().nth(k).unwrap_or(0.0);
+            (edges.iter().map(|(.., edge)| along(edge)).collect(), -part / speed)
+        })
+        .collect();
+    let parts = maximise(&balance, &vec![-1.0; edges.len()])?;
+    let mut impulses: Vec<(usize, [f64; 2])> = Vec::new();
+    for ((i, force, _), part) in edges.into_iter().zip(parts) {
+        let impulse = force.map(|f| f * part * speed);
+        match impulses.last_mut() {
+            Some((last, sum)) if *last == i => {
+                sum.iter_mut().zip(impulse).for_each(|(sum, add)| *sum += add);
+            }
+            _ => impulses.push((i, impulse)),
+        }
+    }
+    impulses.retain(|(_, impulse)| impulse[1] > 0.0);
+    Some(impulses)
+}
+
+/// The last landings of each of two contacts while the other one is held.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Laps {
+    last: [Option<Lap>; 2],
+}
+
+/// A landing, and the ratio of its speed to that of the landing before.
+#[derive(Debug, Clone)]
+struct Lap {
+    clock: Clock,
+    state: MechanismState,
+    ratio: f64,
+    /// Change of velocity since the landing before.
+    change: Coordinates,
+}
+
+impl Driver<'_, Jointed> {
+    /// Contact `b` lands while the other of two contacts is held. Cycles that shrink in one ratio r, with all times and all changes of
+    /// velocity, are summed:
+    ///
+    /// ```text
+    /// ẏ_∞ = ẏ + (ẏ − ẏ₀) r/(1 − r),   T = (t − t₀) r/(1 − r),   y_∞ = y + ẏ_∞ T + (y − y₀ − ẏ_∞ (t − t₀)) r²/(1 − r²)
+    /// ```
+    pub(super) fn land_again(&mut self, b: usize) -> DriverStep {
+        let (clock, state) = (self.log.clock, self.body.state.clone());
+        if state.points.len() != 2 {
+            return DriverStep::Piece;
+        }
+        let start =
+            Lap { clock, state: state.clone(), ratio: f64::NAN, change: Coordinates::zeros(0) };
+        let Some(last) = self.body.laps.last[b].replace(start) else { return DriverStep::Piece };
+        let ratio = state.points[b].u / last.state.points[b].u;
+        let change = state.v.plus(&last.state.v, -1.0);
+        self.body.laps.last[b] =
+            Some(Lap { clock, state: state.clone(), ratio, change: change.clone() });
+        let (sum, dt) = (ratio / (1.0 - ratio), clock.since(last.clock));
+        let t = dt * sum;
+        let Jointed { mechanism, fastest, .. } = &self.body;
+        let (space, fastest) = (mechanism.contact_space(), *fastest);
+        let known = !last.ratio.is_nan() && last.change.len() == change.len();
+        let size = |v: &Coordinates| space.reach() * v.norm();
+        let alike = known && size(&change.plus(&last.change, -ratio)) * sum <= STILL * fastest;
+        let off = t * (ratio - last.ratio).abs() / ((1.0 - ratio) * (1.0 - ratio));
+        let repeats = alike && off <= f64::EPSILON * clock.hi;
+        let reached = t <= REACHED * clock.hi;
+        if !(0.0 < ratio && ratio < 1.0 && t <= self.log.left()) || !(repeats || reached) {
+            return DriverStep::Piece;
+        }
+        let rest = ratio * ratio / (1.0 - ratio * ratio);
+        let mut end = state.clone();
+        end.v.add_scaled(&change, sum);
+        let moved = state.y.plus(&last.state.y, -1.0);
+        end.y.add_scaled(&end.v, t);
+        end.y.add_scaled(&moved.plus(&end.v, -dt), rest);
+        end.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
+        let closed: [Mode; 2] = [Mode::Right; 2];
+        end.project(space, &closed, &self.body.friction);
+        let tolerance = STILL * fastest + STILL.sqrt() * size(&change) * sum.max(1.0);
+        let turns = |i: usize| {
+            let (now, limit) = (state.slip(space, i), end.slip(space, i));
+            now * limit < 0.0 && limit.abs() > tolerance
+        };
+        if !reached && (0..2).any(turns) {
+            return DriverStep::Piece;
+        }
+        let rounding = CYCLE_RATIO_ROUNDINGS * f64::EPSILON * t / (1.0 - ratio);
+        let error = if repeats { off + rounding } else { t };
+        self.write_sum(Tail::Collisions);
+        self.body.laps = Laps::default();
+        self.body.state = end;
+        self.log.clock = self.log.clock.after(t);
+        let method = if repeats { ZenoMethod::Nested } else { ZenoMethod::Mixed };
+        self.settle(&[0, 1], method, false, error).into()
+    }
+
+    /// The largest sliding speed that counts as zero, in m/s.
+    pub(super) fn still_slide(&self) -> f64 {
+        Jointed::sliding_tolerance(self)
+    }
+}

@@ -1,0 +1,139 @@
+//! Runs of mechanisms.
+
+use crate::body::Mechanism;
+use crate::error::{Error, finite};
+use crate::motion::frame::{Base, MechanismStart};
+use crate::motion::{Driver, Jointed};
+use crate::options::{Impact, Model, Options, Simultaneous};
+use crate::outcome::ModelReason;
+use crate::simulate::limits::{clatters, touch};
+use crate::simulate::trajectory::Trajectory;
+use crate::sustained::Rounding;
+use crate::sustained::mechanism::{GapState, MechanismState};
+use crate::tolerance::{FINAL_GAP_ROUNDINGS, TOUCH};
+
+/// The motion of a mechanism near its posture: the rows of its contacts, its mass matrix and its load stay as they are in the posture. `q`
+/// and `qdot` (dof): displacement from the posture, in m or rad, and velocity; zero for locked coordinates. The gaps are h_i = N_i q.
+///
+/// ```
+/// use standfast::body::Mechanism;
+/// use standfast::simulate::simulate_mechanism;
+/// use standfast::{Lamina, Options, Outcome, Posture};
+///
+/// // A rod is dropped, one end lower than the other: as a mechanism it moves as in the local model of the body.
+/// let rod = Posture::rod(0.5, &Lamina { restitution: 0.3, friction: 0.5, ..Lamina::default() })?;
+/// let run = simulate_mechanism(&Mechanism::of_posture(&rod)?, &[0.0, 0.011, 0.002], &[0.0; 3], &Options::default())?;
+/// assert_eq!(run.outcome(), Outcome::Rest);
+/// # Ok::<(), standfast::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// A wrong option; `model` full, because a mechanism has no other geometry than that of its posture; a `q` or `qdot` of another length than
+/// the load, or one that moves a locked coordinate; a contact in the ground.
+pub fn simulate_mechanism(
+    mechanism: &Mechanism,
+    q: &[f64],
+    qdot: &[f64],
+    options: &Options,
+) -> Result<Trajectory, Error> {
+    simulate_mechanism_until(mechanism, q, qdot, options, &|| false)
+        .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
+}
+
+/// As [`simulate_mechanism`]. `cancel` is called from time to time; once it returns true, the result is `None`.
+///
+/// # Errors
+///
+/// As [`simulate_mechanism`].
+pub fn simulate_mechanism_until(
+    mechanism: &Mechanism,
+    q: &[f64],
+    qdot: &[f64],
+    options: &Options,
+    cancel: &dyn Fn() -> bool,
+) -> Result<Option<Trajectory>, Error> {
+    options.validate()?;
+    let unusable = |field: &str, value: String, allowed: String| Error::Unusable {
+        field: field.into(),
+        value,
+        allowed,
+    };
+    if options.model == Model::Full {
+        let allowed = "local or auto, because a mechanism is given by its rows in one posture";
+        return Err(unusable("model", "full".into(), allowed.into()));
+    }
+    if options.certify {
+        return Err(unusable("certify", "true".into(), "false for a mechanism".into()));
+    }
+    if options.impact != Impact::Newton
+        && mechanism.contacts().len() > 1
+        && options.policy() == Simultaneous::Newton
+    {
+        let allowed =
+            "first-contact-first or last-contact-first with a law of impact other than newton";
+        return Err(unusable("simultaneous", "newton".into(), allowed.into()));
+    }
+    let dof = mechanism.dof();
+    for (name, values) in [("q", q), ("qdot", qdot)] {
+        if values.len() != dof {
+            return Err(unusable(
+                name,
+                format!("[{} values]", values.len()),
+                format!("one value for each of the {dof} coordinates"),
+            ));
+        }
+        for (k, value) in values.iter().enumerate() {
+            finite(format_args!("{name}.{k}"), *value)?;
+            if mechanism.fields().locked.contains(&k) && *value != 0.0 {
+                let (field, value) = (format!("{name}.{k}"), format!("{value:?}"));
+                return Err(unusable(&field, value, "0, because this coordinate is locked".into()));
+            }
+        }
+    }
+    let space = mechanism.contact_space();
+    let ((y, hidden), (v, hidden_velocity)) = (space.split(q), space.split(qdot));
+    // The gap N q of a contact, with the size of its terms; and its rate likewise.
+    let product = |i: usize, of: &[f64]| -> [f64; 2] {
+        let terms = mechanism.contacts()[i].normal.iter().zip(of).map(|(a, b)| a * b);
+        let (mut sum, mut lost, mut size) = (0.0_f64, 0.0_f64, 0.0_f64);
+        for (a, b) in mechanism.contacts()[i].normal.iter().zip(of) {
+            let term = a * b;
+            let next = sum + term;
+            let part = next - sum;
+            lost += (sum - (next - part)) + (term - part) + a.mul_add(*b, -term);
+            sum = next;
+        }
+        size = terms.fold(size, |size, term| size + term.abs());
+        [sum + lost, size]
+    };
+    let count = mechanism.contacts().len();
+    let (mut points, mut heights, mut place) = (Vec::new(), Vec::new(), 0.0_f64);
+    for i in 0..count {
+        let ([mut h, far], [mut u, fast]) = (product(i, q), product(i, qdot));
+        let known = FINAL_GAP_ROUNDINGS * f64::EPSILON;
+        if h.abs() <= known * far && u.abs() <= known * fast {
+            (h, u) = (0.0, 0.0);
+        }
+        place = place.max(far);
+        heights.push(h);
+        points.push(GapState { h, u, rounding: Rounding::new(far, fast) });
+    }
+    let warnings = touch(&mut heights, TOUCH * place)?;
+    points.iter_mut().zip(&heights).for_each(|(p, h)| p.h = h + 0.0);
+    clatters(points.iter().enumerate().map(|(i, p)| (p.h, p.u, space.gravity(i))))?;
+    let state = MechanismState { y, v, points: points.into_iter().collect() };
+    let base = Base::of_mechanism(MechanismStart {
+        mechanism: mechanism.clone(),
+        q: q.to_vec(),
+        qdot: qdot.to_vec(),
+        hidden,
+        hidden_velocity,
+    });
+    let mut driver =
+        Driver::<Jointed>::of_mechanism(mechanism, state, place, base, options, warnings, cancel);
+    if driver.run().is_none() {
+        return Ok(None);
+    }
+    Ok(Some(Trajectory::new(driver.record, Model::Local, ModelReason::Mechanism, *options)))
+}

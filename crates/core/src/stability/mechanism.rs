@@ -1,0 +1,390 @@
+//! Stability of a mechanism in its posture.
+//!
+//! With three coordinates that are not locked the contacts move as those of a rigid body: every test of two contacts applies to the
+//! contact space. If the three are (x, y, θ) of a rigid body, the verdict is that of this body, with any number of contacts.
+//!
+//! With more coordinates (joints with torques) there are motions that no theorem here covers: both contacts slide in any directions, and one
+//! slides while the other one is fixed. Three things make a posture unstable: the load is not held; a contact mode that moves is consistent
+//! at rest; or no motion exists after some small kicks. For two contacts that both slide in the directions σ_i, which are free here, no motion
+//! exists if all of these fail, with A_ij = N_iM⁻¹(N_j − σ_jμ_jT_j)ᵀ and g > 0: both slide (A⁻¹g ≥ 0); i slides and j lifts (A_ii > 0 and
+//! A_ji g_i/A_ii > g_j); both lift (g < 0).
+
+use crate::body::contact::Contact;
+use crate::body::mechanism::ContactRows;
+use crate::body::{Mechanism, Posture, PostureFields};
+use crate::error::Error;
+use crate::math::interval::Interval;
+use crate::math::mass_vector::{Coordinates, MassVector};
+use crate::math::real::Enclosed;
+use crate::math::simplex::maximise;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::{MechanismProblem, Method, Mode, ModeAnswer, Word, contact_modes};
+use crate::options::{Impact, Jams};
+use crate::outcome::ContactNumber;
+use crate::stability::conditions::{self, Equilibrium, Pair};
+use crate::stability::corner::CornerMap;
+use crate::stability::existence::{NoMotion, Standing};
+use crate::stability::static_forces::{StaticForces, extremes};
+use crate::stability::{
+    Argument, Evidence, Finding, NoBound, Stability, Verdict, WhyUndecided, judge,
+};
+use crate::tolerance::{DELICATE_MARGIN, RIGID_ROWS};
+use crate::verified::rows::{EnclosedRows, dot};
+
+type I = Interval;
+
+/// Speed of a start without a motion, in m/s; the square of this number is the gap there, in m. Any smaller value has no motion either.
+const SMALL: f64 = 1.0 / 1024.0;
+
+/// The verdict on a mechanism in its posture q = 0, in which all contacts touch.
+///
+/// ```
+/// use standfast::body::Mechanism;
+/// use standfast::options::Jams;
+/// use standfast::stability::{Stability, mechanism_stability};
+/// use standfast::{Lamina, Posture};
+///
+/// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, ..Lamina::default() })?;
+/// let verdict = mechanism_stability(&Mechanism::of_posture(&rod)?, Jams::None)?;
+/// assert_eq!(verdict.frictional_stability, Stability::Stable);
+/// # Ok::<(), standfast::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// [`Error::Solver`] if the contact modes cannot be solved.
+pub fn mechanism_stability(mechanism: &Mechanism, jams: Jams) -> Result<Verdict, Error> {
+    if let Some(body) = RigidBody::of(mechanism) {
+        let mut verdict = judge(&body.posture, jams, true)?;
+        body.translate(mechanism, &mut verdict);
+        return Ok(verdict);
+    }
+    let count = mechanism.contacts().len();
+    let mut verdict = Verdict {
+        contacts: (0..count).map(ContactNumber::of).collect(),
+        equilibrium: equilibrium(mechanism),
+        conditions: None,
+        energy: None,
+        flight: None,
+        well: None,
+        laws: vec![Impact::Newton],
+        jams,
+        frictional_stability: Stability::Undecided,
+        by: None,
+        evidence: None,
+        delicate: false,
+        amplification: Err(NoBound::NotStable),
+        trials: None,
+        modes: Vec::new(),
+    };
+    let problem = MechanismProblem::at_rest(mechanism);
+    let modes = contact_modes(&problem, Method::Auto)?;
+    let three = mechanism.contact_space().free().len() == 3;
+    if three && count == 2 {
+        verdict.modes = modes.answers().to_vec();
+        verdict.decide_two(mechanism)?;
+    } else {
+        verdict.modes = modes.consistent().cloned().collect();
+        verdict.decide_jointed(mechanism);
+    }
+    Ok(verdict)
+}
+
+impl Verdict {
+    /// Two contacts and three coordinates.
+    fn decide_two(&mut self, mechanism: &Mechanism) -> Result<(), Error> {
+        let space = mechanism.contact_space();
+        let pair = Pair {
+            psi: mechanism.local()?.psi(),
+            restitution: [0, 1].map(|i| mechanism.restitution(i)),
+            pull: [0, 1].map(|i| space.gravity(i)),
+        };
+        let holds = self.equilibrium.holds;
+        let found = conditions::of_words(&pair, holds, &self.modes);
+        let map = if holds { CornerMap::of_mechanism(mechanism, self.jams) } else { None };
+        let standing = Standing::Mechanism(mechanism);
+        let decided = self.judge_pair(found, map.as_ref(), standing, || None);
+        let margin = self.equilibrium.margin;
+        self.take_pair(decided, found, map.as_ref(), margin, true);
+        Ok(())
+    }
+
+    /// Any number of contacts and coordinates.
+    fn decide_jointed(&mut self, mechanism: &Mechanism) {
+        let leaves = |answer: &&ModeAnswer| {
+            answer.word.modes().any(|mode| mode != Mode::Fixed) && !answer.near_degenerate()
+        };
+        let found = if !self.equilibrium.holds {
+            self.not_in_equilibrium()
+        } else if let Some(answer) = self.modes.iter().find(leaves) {
+            let word = Evidence::Word(answer.word);
+            Finding::Decided(Stability::Unstable, Argument::AcceleratingMode, word)
+        } else if self.jams == Jams::None
+            && let Some(start) = no_motion(mechanism)
+        {
+            let evidence = Evidence::NoMotion(start);
+            Finding::Decided(Stability::Unstable, Argument::NoSolution, evidence)
+        } else {
+            let reason = WhyUndecided::Joints;
+            Finding::Undecided(Some(Evidence::Left { reason, cells: 0, left: Vec::new() }))
+        };
+        self.take(found);
+        self.delicate = self.equilibrium.margin.abs() <= DELICATE_MARGIN;
+    }
+}
+
+/// Edges N ± μT of the friction cones: the contact, the force (tangential, normal) and the row.
+fn edges(mechanism: &Mechanism) -> Vec<(usize, [f64; 2], Coordinates)> {
+    let space = mechanism.contact_space();
+    let contacts = mechanism.contacts().iter().enumerate();
+    contacts
+        .flat_map(|(i, ContactRows { friction, .. })| {
+            let sides: &[f64] = if *friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
+            sides.iter().map(move |side| (i, [side * friction, 1.0]))
+        })
+        .map(|(i, [t, n])| (i, [t, n], space.normal_row(i).plus(space.tangent(i), t)))
+        .collect()
+}
+
+/// The balance of forces, one row for each coordinate: Σ a_u A_u = −pull, in units of the pull.
+fn balance(
+    mechanism: &Mechanism,
+    edges: &[(usize, [f64; 2], Coordinates)],
+) -> Vec<(Vec<f64>, f64)> {
+    let pull = mechanism.contact_space().pull();
+    let weight = pull.norm();
+    let unit = if weight > 0.0 { weight } else { 1.0 };
+    (0..pull.len())
+        .zip(pull.iter())
+        .map(|(k, load)| {
+            let along = |row: &Coordinates| row.iter().nth(k).unwrap_or(0.0);
+            (edges.iter().map(|(.., row)| along(row)).collect(), -load / unit)
+        })
+        .collect()
+}
+
+/// Whether forces at the contacts hold the load. The margin of a mechanism is the largest weight that all edges of the friction cones can have
+/// at once, of edges of unit length and in units of the load; −∞ if the load is not held. A mechanism has no region of a centre of mass.
+fn equilibrium(mechanism: &Mechanism) -> Equilibrium {
+    let mut edges = edges(mechanism);
+    for (_, force, row) in &mut edges {
+        let length = row.norm();
+        *row = row.divided(length);
+        *force = force.map(|part| part / length);
+    }
+    let held = balance(mechanism, &edges);
+    let none = vec![0.0; edges.len()];
+    let hidden = mechanism.contact_space().hidden().amax() > 0.0;
+    if hidden || maximise(&held, &none).is_none() {
+        return Equilibrium { holds: false, margin: f64::NEG_INFINITY, region: None };
+    }
+    // Weights a' + t with a' ≥ 0.
+    let shared: Vec<(Vec<f64>, f64)> = held
+        .into_iter()
+        .map(|(mut row, load)| {
+            row.push(row.iter().sum());
+            (row, load)
+        })
+        .collect();
+    let mut objective = none;
+    objective.push(1.0);
+    let most = maximise(&shared, &objective);
+    let margin = most.and_then(|x| x.last().copied()).unwrap_or(f64::INFINITY);
+    Equilibrium { holds: true, margin: margin.unsigned_zero(), region: None }
+}
+
+/// The forces that hold a mechanism in its posture; `None` if there are none.
+///
+/// ```
+/// use standfast::body::Mechanism;
+/// use standfast::stability::mechanism_forces;
+/// use standfast::{Lamina, Posture};
+///
+/// let rod = Posture::rod(0.5, &Lamina { gravity: 10.0, ..Lamina::default() })?;
+/// let forces = mechanism_forces(&Mechanism::of_posture(&rod)?).expect("the rod stands");
+/// assert!(forces.low.iter().zip(&forces.high).all(|(low, high)| (low[1] - 5.0).abs().max((high[1] - 5.0).abs()) < 1e-14));
+/// # Ok::<(), standfast::Error>(())
+/// ```
+#[must_use]
+pub fn mechanism_forces(mechanism: &Mechanism) -> Option<StaticForces> {
+    if mechanism.contact_space().hidden().amax() > 0.0 {
+        return None;
+    }
+    let edges = edges(mechanism);
+    let held = balance(mechanism, &edges);
+    let forces: Vec<(usize, [f64; 2])> = edges.iter().map(|(i, force, _)| (*i, *force)).collect();
+    extremes(&held, &forces, mechanism.contacts().len(), mechanism.contact_space().pull().norm())
+}
+
+/// A start from which no motion exists, for any number of coordinates: one contact that slides jams while all others are in the air, or both of
+/// two contacts.
+fn no_motion(mechanism: &Mechanism) -> Option<NoMotion> {
+    let rows = EnclosedRows::<I>::of(mechanism)?;
+    let count = mechanism.contacts().len();
+    let friction = |i: usize| I::from(mechanism.contacts()[i].friction);
+    // N_i M⁻¹ (N_j − σ_j μ_j T_j)ᵀ
+    let stiffness = |i: usize, j: usize, side: f64| {
+        let n = &rows.normals[i];
+        dot(n, &rows.normals[j]) - friction(j).times(side) * dot(n, &rows.tangents[j])
+    };
+    for i in 0..count {
+        for side in [1.0, -1.0] {
+            let k = stiffness(i, i, side);
+            if k.is_negative() && rows.gravity(i).is_positive() {
+                let space = mechanism.contact_space();
+                let k = space.normal(i, i)
+                    - side * mechanism.contacts()[i].friction * space.w()[(2 * i + 1, 2 * i)];
+                return start(mechanism, &[(i, side)], Some(k));
+            }
+        }
+    }
+    if count != 2 || mechanism.contact_space().rank() < 4 {
+        return None;
+    }
+    let g = [0, 1].map(|i| rows.gravity(i));
+    if !g.iter().all(|g| g.is_positive()) {
+        return None;
+    }
+    for sides in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
+        let a = |i: usize, j: usize| stiffness(i, j, sides[j]);
+        let det = a(0, 0) * a(1, 1) - a(0, 1) * a(1, 0);
+        let force = [g[0] * a(1, 1) - g[1] * a(0, 1), g[1] * a(0, 0) - g[0] * a(1, 0)];
+        let stays = match det.sign() {
+            Some(1) => force.iter().any(|f| f.is_negative()),
+            Some(-1) => force.iter().any(|f| f.is_positive()),
+            _ => false,
+        };
+        let lifts_not = |i: usize| {
+            let own = a(i, i);
+            own.is_negative()
+                || own.is_positive() && (a(1 - i, i) * g[i] - g[1 - i] * own).is_negative()
+        };
+        if stays && lifts_not(0) && lifts_not(1) {
+            return start(mechanism, &[(0, sides[0]), (1, sides[1])], None);
+        }
+    }
+    None
+}
+
+/// The start at which these contacts slide in these directions on their ground, and all others are a little above theirs, at rest.
+fn start(
+    mechanism: &Mechanism,
+    slides: &[(usize, f64)],
+    stiffness: Option<f64>,
+) -> Option<NoMotion> {
+    let space = mechanism.contact_space();
+    let on = |i: usize| slides.iter().find(|(k, _)| *k == i);
+    let count = mechanism.contacts().len();
+    let rows: Vec<&Coordinates> = (0..count)
+        .flat_map(|i| [Some(space.normal_row(i)), on(i).map(|_| space.tangent(i))])
+        .flatten()
+        .collect();
+    let solve = |values: &[f64]| -> Option<Vec<f64>> {
+        let found = crate::math::mass_vector::with_products(&rows, values)?;
+        Some(mechanism.coordinates(&found))
+    };
+    let (mut gaps, mut speeds) = (Vec::new(), Vec::new());
+    for i in 0..count {
+        gaps.push(if on(i).is_some() { 0.0 } else { SMALL * SMALL });
+        speeds.push(0.0);
+        if let Some((_, side)) = on(i) {
+            gaps.push(0.0);
+            speeds.push(side * SMALL);
+        }
+    }
+    let mode = |way: f64| if way > 0.0 { Mode::Right } else { Mode::Left };
+    let letters = slides.iter().enumerate();
+    Some(NoMotion {
+        contacts: slides.iter().map(|(i, _)| ContactNumber::of(*i)).collect(),
+        slides: letters
+            .fold(Word::separate(slides.len()), |word, (k, (_, way))| word.with(k, mode(*way))),
+        stiffness,
+        q: solve(&gaps)?,
+        qdot: solve(&speeds)?,
+    })
+}
+
+/// A mechanism whose three coordinates that are not locked are those (x, y, θ) of a rigid body about some point of it.
+struct RigidBody {
+    posture: Posture,
+    /// The centre of mass, from that point.
+    center: [f64; 2],
+}
+
+impl RigidBody {
+    /// M = [m, 0, −m c_y; 0, m, m c_x; −m c_y, m c_x, I], N = (n, n⊥·x), T likewise with the tangent, load = (0, −w, −w c_x).
+    fn of(mechanism: &Mechanism) -> Option<Self> {
+        let space = mechanism.contact_space();
+        if space.free().len() != 3 {
+            return None;
+        }
+        let (m, load) = (space.mass(), space.load());
+        let (mass, inertia, weight) = (m[(0, 0)], m[(2, 2)], -load[1]);
+        let center = [m[(1, 2)] / mass, -m[(0, 2)] / mass];
+        let near = |x: f64, y: f64, size: f64| (x - y).abs() <= RIGID_ROWS * size;
+        let rho2 = inertia / mass - center[0] * center[0] - center[1] * center[1];
+        let arm = libm::hypot(center[0], center[1]).max(rho2.max(0.0).sqrt());
+        let rigid = near(m[(0, 1)], 0.0, mass)
+            && near(m[(1, 1)], mass, mass)
+            && rho2 > 0.0
+            && weight >= 0.0
+            && near(load[0], 0.0, weight)
+            && near(load[2], -weight * center[0], weight * arm);
+        if !rigid {
+            return None;
+        }
+        let part = |row: &[f64]| [0, 1, 2].map(|k| row[space.free()[k]]);
+        let contact = |rows: &ContactRows| -> Option<Contact> {
+            let ([nx, ny, b], [tx, ty, c]) = (part(&rows.normal), part(&rows.tangential));
+            let square =
+                near(libm::hypot(tx, ty), 1.0, 1.0) && near(nx, -ty, 1.0) && near(ny, tx, 1.0);
+            // N = (n, t·x) and T = (t, −n·x).
+            let point = [tx * b - nx * c, ty * b - ny * c];
+            square.then(|| Contact {
+                friction: rows.friction,
+                restitution: rows.restitution,
+                tangential_restitution: rows.tangential_restitution,
+                ..Contact::at(point[0], point[1]).on_slope(libm::atan2(ty, tx))
+            })
+        };
+        let contacts = mechanism.contacts().iter().map(contact).collect::<Option<Vec<_>>>()?;
+        let posture = Posture::new(PostureFields {
+            mass,
+            gyration_radius: rho2.sqrt(),
+            center_of_mass: center,
+            contacts,
+            restitution: mechanism.fields().restitution,
+            gravity: weight / mass,
+            ..PostureFields::default()
+        });
+        Some(Self { posture: posture.ok()?, center })
+    }
+
+    /// Writes motions of the body as those of the coordinates of the mechanism.
+    fn translate(&self, mechanism: &Mechanism, verdict: &mut Verdict) {
+        let [cx, cy] = self.center;
+        let all = |motion: &mut Vec<f64>| {
+            let [x, y, turn] = motion[..] else { return };
+            let mut values = vec![0.0; mechanism.dof()];
+            let own = [x + turn * cy, y - turn * cx, turn];
+            mechanism
+                .contact_space()
+                .free()
+                .iter()
+                .zip(own)
+                .for_each(|(&k, v)| values[k] = v.unsigned_zero());
+            *motion = values;
+        };
+        match &mut verdict.evidence {
+            Some(Evidence::NoMotion(start)) => {
+                all(&mut start.q);
+                all(&mut start.qdot);
+            }
+            Some(Evidence::Motion { velocity, .. }) => all(velocity),
+            _ => {}
+        }
+        for answer in &mut verdict.modes {
+            all(&mut answer.acceleration);
+        }
+    }
+}

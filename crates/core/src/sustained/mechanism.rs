@@ -1,0 +1,329 @@
+//! The motion of a mechanism in its posture: the rows of its contacts are constant, and so are all accelerations in one contact mode.
+//!
+//! ```text
+//! ÿ = pull + Σ_j (T_jᵀ f_t,j + N_jᵀ f_n,j),    ḧ_i = N_i ÿ,  v̇_t,i = T_i ÿ
+//! ```
+//!
+//! in the coordinates y of the contact space, in which the kinetic energy is ½|ẏ|². Gaps are parabolas and sliding speeds are linear in time.
+//! Gaps and gap rates are stored beside y and ẏ, so that a small gap keeps its digits beside a large displacement.
+
+use smallvec::SmallVec;
+
+use crate::body::ContactSpace;
+use crate::body::contact::{ContactLetters, ContactValues, PerContact};
+use crate::flight::parabola_touchdown;
+use crate::impact::friction::Matrix;
+use crate::math::mass_vector::{Coordinates, MassVector, independent};
+use crate::modes::Mode;
+use crate::sustained::Rounding;
+use crate::sustained::rows::{Known, consistent};
+use crate::tolerance::{
+    CORRECTED_VELOCITY, DEPENDENT_ROW, LANDS_TOGETHER, LANDS_TOGETHER_SPEED, STOPPED_ROW,
+    UNEVEN_GAP,
+};
+use crate::zeno::{Gaps, Impulses};
+
+/// Most corrections of a velocity.
+const AGREES: usize = 8;
+
+/// The gap of a contact and its rate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct GapState {
+    pub(crate) h: f64,
+    pub(crate) u: f64,
+    pub(crate) rounding: Rounding,
+}
+
+impl GapState {
+    /// The speed with which the contact lands, or moves if it touches, under this gravity; ∞ if nothing pulls it down.
+    pub(crate) fn landing_speed(&self, pull: f64) -> f64 {
+        match (self.h, pull > 0.0) {
+            (0.0, _) => self.u.abs(),
+            (h, true) => (self.u * self.u + 2.0 * pull * h).sqrt(),
+            _ => f64::INFINITY,
+        }
+    }
+}
+
+/// A mechanism at an instant.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct MechanismState {
+    pub(crate) y: Coordinates,
+    pub(crate) v: Coordinates,
+    pub(crate) points: PerContact<GapState>,
+}
+
+/// What ends a motion in one contact mode.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum ModeEnd {
+    /// Nothing does.
+    Never,
+    /// This contact lands.
+    Landing(usize),
+    /// The sliding speed of this contact has decreased to zero.
+    Stop(usize),
+}
+
+impl MechanismState {
+    /// Sliding speed of a contact, in m/s.
+    pub(crate) fn slip(&self, space: &ContactSpace, i: usize) -> f64 {
+        space.tangent(i).dot(&self.v)
+    }
+
+    /// Bound of the speeds of the contacts that this velocity (m/s in the metric of the mass) causes.
+    pub(crate) fn speed(&self, space: &ContactSpace) -> f64 {
+        space.reach() * self.v.norm()
+    }
+
+    /// Impact matrix of a contact.
+    pub(crate) fn impact_matrix(space: &ContactSpace, i: usize) -> Matrix {
+        let (t, n, w) = (2 * i, 2 * i + 1, space.w());
+        Matrix { nn: w[(n, n)], nt: w[(t, n)], tt: w[(t, t)] }
+    }
+
+    /// Applies an impulse (tangential, normal) in N s at a contact; returns the change of velocity.
+    pub(crate) fn push(
+        &mut self,
+        space: &ContactSpace,
+        i: usize,
+        [p_t, p_n]: [f64; 2],
+    ) -> Coordinates {
+        let change = space.normal_row(i).scaled(p_n).plus(space.tangent(i), p_t);
+        self.change(space, &change);
+        change
+    }
+
+    /// Changes the velocity, and the gap rates with it.
+    fn change(&mut self, space: &ContactSpace, change: &Coordinates) {
+        self.v.add_scaled(change, 1.0);
+        for (i, p) in self.points.iter_mut().enumerate() {
+            let row = space.normal_row(i);
+            let terms: f64 = row.iter().zip(change.iter()).map(|(a, b)| (a * b).abs()).sum();
+            p.u += row.dot(change);
+            p.rounding.rate += f64::EPSILON * terms;
+        }
+    }
+
+    /// The state after `dt` in these modes, with this acceleration.
+    pub(crate) fn after(
+        &self,
+        space: &ContactSpace,
+        modes: &[Mode],
+        acceleration: &Coordinates,
+        dt: f64,
+    ) -> Self {
+        let mut after = self.clone();
+        after.y.add_scaled(&self.v, dt);
+        after.y.add_scaled(acceleration, 0.5 * dt * dt);
+        after.v.add_scaled(acceleration, dt);
+        for (i, p) in after.points.iter_mut().enumerate() {
+            if modes[i] != Mode::Separate {
+                (p.h, p.u) = (0.0, 0.0);
+                continue;
+            }
+            let (was, a) = (self.points[i], space.normal_row(i).dot(acceleration));
+            let [way, gain] = [was.u * dt, a * dt];
+            p.rounding = was.rounding.after(
+                dt,
+                was.h,
+                was.h + way.abs() + 0.5 * (gain * dt).abs(),
+                was.u.abs() + gain.abs(),
+            );
+            p.h = (was.h + dt * (was.u + 0.5 * gain)).max(0.0);
+            p.u = was.u + gain;
+        }
+        after
+    }
+
+    /// The state after a flight of `dt`.
+    pub(crate) fn flown(&self, space: &ContactSpace, dt: f64) -> Self {
+        let modes = ContactLetters::from_elem(Mode::Separate, self.points.len());
+        self.after(space, &modes, space.pull(), dt)
+    }
+
+    /// The state after a flight of `dt` of two contacts with frictionless impacts: `own` are their effects since this state, as own-rate jumps
+    /// of both contacts, and `gaps` the gaps and rates at the end.
+    pub(crate) fn hit(&self, space: &ContactSpace, dt: f64, own: &Impulses, gaps: &Gaps) -> Self {
+        let mut after = self.flown(space, dt);
+        for (i, p) in after.points.iter_mut().enumerate() {
+            let (row, share) = (space.normal_row(i), 1.0 / space.normal(i, i));
+            after.v.add_scaled(row, share * own.jump[i]);
+            after.y.add_scaled(row, share * own.path[i]);
+            (p.h, p.u) = (gaps.h[i], gaps.u[i]);
+        }
+        after
+    }
+
+    /// Gaps of two contacts at most.
+    pub(crate) fn gaps(&self) -> Gaps {
+        let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
+        for (i, p) in self.points.iter().take(2).enumerate() {
+            (gaps.h[i], gaps.u[i]) = (p.h, p.u);
+        }
+        gaps
+    }
+
+    /// The times of the next touchdowns in flight; ∞ where there is none.
+    pub(crate) fn touchdowns(&self, space: &ContactSpace) -> ContactValues<f64> {
+        let time = |(i, p): (usize, &GapState)| parabola_touchdown(p.h, p.u, space.gravity(i));
+        self.points.iter().enumerate().map(time).collect()
+    }
+
+    /// The first event in these modes with this acceleration, and its time in s. `starting`: contacts that begin to slide.
+    pub(crate) fn first_event(
+        &self,
+        space: &ContactSpace,
+        modes: &[Mode],
+        friction: &[f64],
+        acceleration: &Coordinates,
+    ) -> (f64, ModeEnd) {
+        let mut first = (f64::INFINITY, ModeEnd::Never);
+        for (i, p) in self.points.iter().enumerate() {
+            let (t, end) = match modes[i] {
+                Mode::Separate => {
+                    let a = space.normal_row(i).dot(acceleration);
+                    (parabola_touchdown(p.h, p.u, -a), ModeEnd::Landing(i))
+                }
+                Mode::Fixed => continue,
+                mode => {
+                    let way = mode.direction();
+                    let (speed, a) =
+                        (way * self.slip(space, i), way * space.tangent(i).dot(acceleration));
+                    // A speed against the direction of the slide is rounding error: the contact starts from rest.
+                    if friction[i] == 0.0 || speed <= 0.0 || a >= 0.0 {
+                        continue;
+                    }
+                    (-speed / a, ModeEnd::Stop(i))
+                }
+            };
+            if t < first.0 {
+                first = (t, end);
+            }
+        }
+        first
+    }
+
+    /// Whether a gap lands together with that of `first`: it is closing, and below its rounding error plus the distance by which it closes
+    /// within the uncertainty of the instant at which `first` lands.
+    pub(crate) fn lands_with(&self, i: usize, first: &GapState) -> bool {
+        let p = &self.points[i];
+        let doubt = first.rounding.gap * (p.u / first.u).abs().min(LANDS_TOGETHER_SPEED);
+        p.u < 0.0 && p.h <= LANDS_TOGETHER * (p.rounding.gap + doubt)
+    }
+
+    /// Directions that these modes keep at rest: normal rows of closed contacts, tangential ones of fixed contacts.
+    fn held(
+        space: &ContactSpace,
+        modes: &[Mode],
+        friction: &[f64],
+        apart: f64,
+    ) -> SmallVec<[(usize, Coordinates); 4]> {
+        let mut rows: SmallVec<[&Coordinates; 8]> = SmallVec::new();
+        for (i, mode) in modes.iter().enumerate() {
+            if *mode != Mode::Separate {
+                rows.push(space.normal_row(i));
+            }
+            if *mode == Mode::Fixed && friction[i] > 0.0 {
+                rows.push(space.tangent(i));
+            }
+        }
+        independent(&rows, apart)
+    }
+
+    /// Whether these modes leave no motion.
+    pub(crate) fn is_fixed(space: &ContactSpace, modes: &[Mode], friction: &[f64]) -> bool {
+        Self::held(space, modes, friction, DEPENDENT_ROW).len() == space.pull().len()
+    }
+
+    /// Whether the closed contacts leave the mechanism one motion: they slide all together or not at all.
+    pub(crate) fn leaves_one_motion(space: &ContactSpace, closed: &[bool]) -> bool {
+        let rows: SmallVec<[&Coordinates; 8]> =
+            (0..closed.len()).filter(|&i| closed[i]).map(|i| space.normal_row(i)).collect();
+        rows.len() > 1 && independent(&rows, DEPENDENT_ROW).len() + 1 == space.pull().len()
+    }
+
+    /// Whether the gap of contact `i` follows from those of these others.
+    pub(crate) fn depends(space: &ContactSpace, i: usize, others: &[bool]) -> bool {
+        let mut rows: SmallVec<[&Coordinates; 8]> = (0..others.len())
+            .filter(|&j| others[j] && j != i)
+            .map(|j| space.normal_row(j))
+            .collect();
+        let rank = independent(&rows, DEPENDENT_ROW).len();
+        rows.push(space.normal_row(i));
+        rank > 0 && independent(&rows, DEPENDENT_ROW).len() == rank
+    }
+
+    /// Removes the part of the velocity that violates these modes, as a plastic impact would: no energy is added.
+    pub(crate) fn project(&mut self, space: &ContactSpace, modes: &[Mode], friction: &[f64]) {
+        let held = Self::held(space, modes, friction, STOPPED_ROW);
+        for _ in 0..AGREES {
+            let before = self.v.amax();
+            for (_, axis) in &held {
+                let part = axis.dot(&self.v);
+                self.v.add_scaled(axis, -part);
+            }
+            if self.v.amax() >= CORRECTED_VELOCITY * before {
+                break;
+            }
+        }
+    }
+
+    /// Corrects the velocity where contacts begin to be held in these modes. The rates of closed contacts are rounding error. A sliding speed
+    /// that counts as zero is removed where contacts are fixed, and the rates of contacts in the air change with it.
+    pub(crate) fn hold(&mut self, space: &ContactSpace, modes: &[Mode], friction: &[f64]) {
+        let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
+        self.project(space, &modes.iter().map(sliding).collect::<ContactLetters<_>>(), friction);
+        let before = self.v.clone();
+        self.project(space, modes, friction);
+        let change = self.v.plus(&before, -1.0);
+        for (i, p) in self.points.iter_mut().enumerate() {
+            if modes[i] == Mode::Separate {
+                p.u += space.normal_row(i).dot(&change);
+                if p.h == 0.0 {
+                    p.u = p.u.max(0.0); // it separates: removing a slow sliding must not close it
+                }
+            } else {
+                (p.h, p.u) = (0.0, 0.0);
+            }
+        }
+    }
+
+    /// Stops these contacts by impulses along their normals; the rates of the others change. Returns the change of velocity.
+    pub(crate) fn arrest(&mut self, space: &ContactSpace, stopped: &[bool]) -> Coordinates {
+        let numbers: ContactValues<usize> = (0..stopped.len()).filter(|&i| stopped[i]).collect();
+        let rows: SmallVec<[&Coordinates; 8]> =
+            numbers.iter().map(|&i| space.normal_row(i)).collect();
+        let mut change = Coordinates::zeros(self.v.len());
+        for (k, axis) in independent(&rows, STOPPED_ROW) {
+            let rate = self.points[numbers[k]].u + rows[k].dot(&change);
+            change.add_scaled(&axis, -rate / rows[k].dot(&axis));
+        }
+        self.change(space, &change);
+        for i in numbers {
+            self.points[i] = GapState { h: 0.0, u: 0.0, rounding: Rounding::default() };
+        }
+        change
+    }
+
+    /// Makes gap rates and small gaps consistent with one motion; see [`consistent`]. `place`: size of the displacements, in m.
+    pub(crate) fn reconcile(&mut self, space: &ContactSpace, place: f64) {
+        if self.points.len() <= space.rank() && self.points.len() < 3 {
+            return;
+        }
+        let rows: ContactValues<Option<&Coordinates>> =
+            (0..self.points.len()).map(|i| Some(space.normal_row(i))).collect();
+        let rows: Vec<Option<Coordinates>> = rows.into_iter().map(|row| row.cloned()).collect();
+        let mut rates: ContactValues<Known> =
+            self.points.iter().map(|p| (p.u, p.rounding.rate)).collect();
+        consistent(&rows, &mut rates);
+        let mut gaps: ContactValues<Known> =
+            self.points.iter().map(|p| (p.h, p.rounding.gap)).collect();
+        consistent(&rows, &mut gaps);
+        for (p, ((h, gap), (u, rate))) in self.points.iter_mut().zip(gaps.into_iter().zip(rates)) {
+            if (h - p.h).abs() <= UNEVEN_GAP * f64::EPSILON * place {
+                (p.h, p.rounding.gap) = (h.max(0.0), gap);
+            }
+            (p.u, p.rounding.rate) = (u, rate);
+        }
+    }
+}
