@@ -229,6 +229,22 @@ arguments! {
     flag -> bool: record, certify;
 }
 
+/// Rates of all coordinates of a mechanism.
+pub(crate) fn coordinate_rates(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    series("qdot", value)
+}
+
+/// The error for kicks or a motion of the ground with a mechanism.
+pub(crate) fn not_of_mechanism() -> PyErr {
+    to_py(&Error::Unusable {
+        field: "kicks or ground_motion".into(),
+        value: "given".into(),
+        allowed:
+            "none with a mechanism: it is kicked by its qdot at the start, and its load is constant"
+                .into(),
+    })
+}
+
 /// A point, or None.
 pub(crate) fn some_point(value: &Bound<'_, PyAny>) -> PyResult<Option<[f64; 2]>> {
     if value.is_none() { Ok(None) } else { point(value).map(Some) }
@@ -377,7 +393,11 @@ pub(crate) fn wrong_item(index: usize, value: &Bound<'_, PyAny>) -> PyErr {
 
 /// The error for a value that is neither a posture nor a contact problem.
 pub(crate) fn no_body(value: &Bound<'_, PyAny>) -> PyErr {
-    wrong_type("posture", value, "a Posture or a ContactProblem is needed")
+    wrong_type(
+        "posture",
+        value,
+        "a Posture, a ContactProblem, a Mechanism or a MechanismProblem is needed",
+    )
 }
 
 /// Gravity into the terrain of each of two contacts.

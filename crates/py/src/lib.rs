@@ -48,7 +48,9 @@ mod _core {
     #[pymodule_export]
     use crate::mechanism::{PyContactRows, PyContactSpace, PyMechanism};
     #[pymodule_export]
-    use crate::modes::{PyContactMode, PyContactProblem, PyModes, contact_modes};
+    use crate::modes::{
+        PyContactMode, PyContactProblem, PyMechanismProblem, PyModes, contact_modes,
+    };
     #[pymodule_export]
     use crate::posture::{PyContact, PyPosture};
     #[pymodule_export]
@@ -74,12 +76,15 @@ mod _core {
     use crate::input;
     use crate::options::of_call;
     use crate::run::interruptible_run;
+    use crate::stability::Standing;
     use standfast::excitation::{Excitation, GroundMotion, Kick};
+    use standfast::simulate::simulate_mechanism_until;
     use standfast::{Options, Simulation, State};
 
     /// The motion of a posture from a state on, event by event.
     ///
-    /// posture : Posture. q, qdot : (3,) m, m, rad and per second.
+    /// posture : Posture or Mechanism. q, qdot : (3,) m, m, rad and per second; of a mechanism (dof,), the displacement from its posture, m or
+    /// rad, and its rate. A mechanism has the model "local" only, and neither kicks nor ground_motion.
     ///
     /// model : "local" (all Jacobian rows frozen at q = 0), "full" (finite rotation) or "auto" (the local model if its error is
     /// within `tolerance`, else the full model; run.model and run.model_reason have the model and the reason).
@@ -121,9 +126,9 @@ mod _core {
     #[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", tolerance=1e-12, record=True, certify=False)")]
     fn simulate(
         py: Python<'_>,
-        #[pyo3(from_py_with = crate::posture::posture)] posture: PyPosture,
-        #[pyo3(from_py_with = input::q)] q: [f64; 3],
-        #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
+        #[pyo3(from_py_with = crate::stability::standing)] posture: Standing,
+        q: &Bound<'_, PyAny>,
+        qdot: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = crate::excitation::kicks)] kicks: Vec<Kick>,
         #[pyo3(from_py_with = crate::excitation::ground_motion)] ground_motion: Option<
             GroundMotion,
@@ -131,8 +136,20 @@ mod _core {
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyRun> {
         let options = of_call("simulate", Options::default(), &[], options)?;
-        let (start, posture) = (State::new(q, qdot), &posture.0.clone());
         let excitation = &Excitation { kicks, ground_motion };
+        let posture = match posture {
+            Standing::Body(posture) => posture.0,
+            Standing::Mechanism(mechanism) => {
+                if !excitation.is_none() {
+                    return Err(input::not_of_mechanism());
+                }
+                let (q, qdot) = (input::coordinates(q)?, input::coordinate_rates(qdot)?);
+                return interruptible_run(py, |cancel| {
+                    simulate_mechanism_until(&mechanism.0, &q, &qdot, &options, cancel)
+                });
+            }
+        };
+        let (start, posture) = (State::new(input::q(q)?, input::qdot(qdot)?), &posture);
         interruptible_run(py, |cancel| {
             Simulation { posture, start, options, excitation, cancel }.run()
         })

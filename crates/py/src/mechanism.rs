@@ -208,7 +208,7 @@ impl PyMechanism {
         local_model(py, &self.0.local().map_err(|e| to_py(&e))?)
     }
 
-    fn __repr__(&self) -> String {
+    pub(crate) fn __repr__(&self) -> String {
         let f = self.0.fields();
         let matrix: Vec<String> = f.mass_matrix.iter().map(|row| numbers_text(row)).collect();
         let contacts: Vec<String> = self.contacts().iter().map(PyContactRows::__repr__).collect();

@@ -8,12 +8,15 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyIterator, PyList};
 use standfast::State;
-use standfast::modes::{ContactProblem, Margin, Method, ModeAnswer, Modes, ProblemFields};
+use standfast::modes::{
+    ContactProblem, Level, Margin, MechanismProblem, Method, ModeAnswer, Modes, ProblemFields,
+};
 
 use crate::convert::{array, call, float, pair_text, word};
 use crate::error::to_py;
 use crate::files::write_whole;
 use crate::input;
+use crate::mechanism::PyMechanism;
 use crate::posture::PyPosture;
 
 /// Number of words that a message or a repr lists.
@@ -180,7 +183,7 @@ fn listed<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
 /// The solution for one word of contact modes.
 ///
 /// word : a letter for each contact: S separate, F fixed, R or L sliding right or left. acceleration : (3,)
-/// (ẍ, ÿ, θ̈), m/s² and rad/s². forces : (n, 2) by contact (tangential, normal), N. At the level "impulse" acceleration is the
+/// (ẍ, ÿ, θ̈), m/s² and rad/s², of a mechanism (dof,). forces : (n, 2) by contact (tangential, normal), N. At the level "impulse" acceleration is the
 /// velocity after the impact, m/s and rad/s, and forces are impulses, N s. determined : how the word determines its forces:
 /// "unique", "family" (forces has the smallest of the family), "singular" (friction matrix), "undetermined" (with sliding
 /// friction the motion depends on how the contacts share their forces) or "impossible" (no forces give the motion of the word).
@@ -197,10 +200,96 @@ fn listed<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyContactMode(ModeAnswer, Arc<Asked>);
 
+/// The contact-mode problem of a mechanism: contacts with these signs of sliding.
+///
+/// mechanism : Mechanism. sliding : for each contact 1, −1 or 0, or None where it is separated; None: all contacts are at rest.
+///
+/// >>> import standfast as sf
+/// >>> rod = sf.Mechanism.of_posture(sf.Posture.rod(half_length=0.5, gyration_radius=0.2, friction=0.5))
+/// >>> sf.contact_modes(sf.MechanismProblem(rod, sliding=[1, None])).consistent      # the left end slides, the right one is in the air
+/// ['RS']
+#[pyclass(frozen, eq, name = "MechanismProblem", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyMechanismProblem(MechanismProblem);
+
+#[pymethods]
+impl PyMechanismProblem {
+    #[new]
+    #[pyo3(signature = (mechanism, sliding=None))]
+    fn new(
+        #[pyo3(from_py_with = mechanism)] mechanism: PyMechanism,
+        sliding: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        let Some(sliding) = sliding else {
+            return Ok(Self(MechanismProblem::at_rest(&mechanism.0)));
+        };
+        let sliding = input::sliding(sliding)?;
+        MechanismProblem::new(&mechanism.0, &sliding).map(Self).map_err(|e| to_py(&e))
+    }
+
+    #[getter]
+    fn mechanism(&self) -> PyMechanism {
+        PyMechanism(self.0.mechanism().clone())
+    }
+
+    #[getter]
+    fn sliding(&self) -> Vec<Option<i8>> {
+        self.0.sliding().to_vec()
+    }
+
+    fn __repr__(&self) -> String {
+        let sliding = listed(self.0.sliding(), |sign| match sign {
+            Some(sign) => sign.to_string(),
+            None => "None".into(),
+        });
+        format!("MechanismProblem({}, sliding={sliding})", self.mechanism().__repr__())
+    }
+
+    fn __reduce__<'py>(
+        slf: &Bound<'py, Self>,
+    ) -> (Bound<'py, PyAny>, (PyMechanism, Vec<Option<i8>>)) {
+        let problem = slf.get();
+        (slf.get_type().into_any(), (problem.mechanism(), problem.sliding()))
+    }
+}
+
+/// Reads a mechanism.
+pub(crate) fn mechanism(value: &Bound<'_, PyAny>) -> PyResult<PyMechanism> {
+    let mechanism = value.cast::<PyMechanism>();
+    mechanism
+        .map(|found| found.get().clone())
+        .map_err(|_| input::wrong_type("mechanism", value, "a Mechanism is needed"))
+}
+
+/// The problem of a body or of a mechanism.
+#[derive(Clone, PartialEq, IntoPyObject)]
+pub(crate) enum PyProblem {
+    Body(PyContactProblem),
+    Mechanism(PyMechanismProblem),
+}
+
+impl PyProblem {
+    pub(crate) fn of_body(problem: ContactProblem) -> Self {
+        Self::Body(PyContactProblem(problem))
+    }
+
+    pub(crate) fn of_mechanism(problem: MechanismProblem) -> Self {
+        Self::Mechanism(PyMechanismProblem(problem))
+    }
+
+    fn solve(&self, method: Method) -> PyResult<Modes> {
+        let modes = match self {
+            Self::Body(problem) => standfast::modes::contact_modes(&problem.0, method),
+            Self::Mechanism(problem) => standfast::modes::contact_modes(&problem.0, method),
+        };
+        modes.map_err(|e| to_py(&e))
+    }
+}
+
 /// The arguments of a call of `contact_modes`, which determine its result.
 #[derive(PartialEq)]
 struct Asked {
-    problem: ContactProblem,
+    problem: PyProblem,
     method: Method,
 }
 
@@ -265,8 +354,8 @@ impl PyContactMode {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PyModes, String))> {
         let getitem = py.import("operator")?.getattr("getitem")?;
-        let modes = standfast::modes::contact_modes(&self.1.problem, self.1.method);
-        let modes = PyModes { question: self.1.clone(), modes: modes.map_err(|e| to_py(&e))? };
+        let modes = self.1.problem.solve(self.1.method)?;
+        let modes = PyModes { question: self.1.clone(), modes };
         Ok((getitem, (modes, self.word())))
     }
 
@@ -302,12 +391,14 @@ pub(crate) struct PyModes {
 }
 
 impl PyModes {
-    /// All words of a problem.
     /// All words for up to two contacts, those that the method "auto" offers for more.
-    pub(crate) fn solved(problem: ContactProblem) -> PyResult<Self> {
-        let few = problem.fields().arms.len() <= 2;
-        let method = if few { Method::Enumerate } else { Method::Auto };
-        let modes = standfast::modes::contact_modes(&problem, method).map_err(|e| to_py(&e))?;
+    pub(crate) fn solved(problem: PyProblem) -> PyResult<Self> {
+        let count = match &problem {
+            PyProblem::Body(problem) => problem.0.fields().arms.len(),
+            PyProblem::Mechanism(problem) => problem.0.sliding().len(),
+        };
+        let method = if count <= 2 { Method::Enumerate } else { Method::Auto };
+        let modes = problem.solve(method)?;
         Ok(Self { question: Arc::new(Asked { problem, method }), modes })
     }
 
@@ -329,13 +420,16 @@ impl PyModes {
     }
 
     #[getter]
-    fn problem(&self) -> PyContactProblem {
-        PyContactProblem(self.question.problem.clone())
+    fn problem(&self) -> PyProblem {
+        self.question.problem.clone()
     }
 
     #[getter]
     fn level(&self) -> String {
-        word(&self.question.problem.fields().level)
+        match &self.question.problem {
+            PyProblem::Body(problem) => word(&problem.0.fields().level),
+            PyProblem::Mechanism(_) => word(&Level::Acceleration),
+        }
     }
 
     /// The status, the consistent words, and the words with their motion, forces and margins as plain dictionaries, lists and numbers.
@@ -373,10 +467,7 @@ impl PyModes {
         })
     }
 
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyAny>, (PyContactProblem,))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PyProblem,))> {
         Ok((self.question.again(py)?, (self.problem(),)))
     }
 
@@ -407,7 +498,7 @@ fn some<'a>(modes: impl Iterator<Item = &'a ModeAnswer>, count: usize) -> String
 
 /// The contact modes that Coulomb's law allows in a state: every word, with its motion and forces.
 ///
-/// posture : Posture, or ContactProblem, which has its own state and load. q, qdot : (3,) m, m, rad and per second.
+/// posture : Posture; or ContactProblem, which has its own state and load; or Mechanism, at rest in its posture; or MechanismProblem. q, qdot : (3,) m, m, rad and per second.
 /// method : "enumerate" gives all words. "qp" searches for one consistent word by quadratic programmes, and may fail to find one.
 /// "auto" takes the cheaper method: all words for up to six closed contacts, one consistent word for more. wrench : (f_x, f_y,
 /// torque about the centre of mass), N and N m, added to gravity.
@@ -436,24 +527,31 @@ pub(crate) fn contact_modes(
 ) -> PyResult<PyModes> {
     input::no_keywords("contact_modes", unknown)?;
     let method = call("method", method)?;
-    let problem = if let Ok(posture) = posture.cast::<PyPosture>() {
-        let problem = ContactProblem::of_posture(&posture.get().0, &State::new(q, qdot), wrench);
-        problem.map_err(|e| to_py(&e))?
-    } else if let Ok(problem) = posture.cast::<PyContactProblem>() {
+    let own = |what: &str| {
         for (field, value) in [("q", q), ("qdot", qdot), ("wrench", wrench)] {
             if value != [0.0; 3] {
-                return Err(input::refused(
-                    field,
-                    value,
-                    "a ContactProblem has a state and load of its own",
-                ));
+                return Err(input::refused(field, value, what));
             }
         }
-        problem.get().0.clone()
+        Ok(())
+    };
+    let problem = if let Ok(posture) = posture.cast::<PyPosture>() {
+        let problem = ContactProblem::of_posture(&posture.get().0, &State::new(q, qdot), wrench);
+        PyProblem::of_body(problem.map_err(|e| to_py(&e))?)
+    } else if let Ok(problem) = posture.cast::<PyContactProblem>() {
+        own("a ContactProblem has a state and load of its own")?;
+        PyProblem::Body(problem.get().clone())
+    } else if let Ok(mechanism) = posture.cast::<PyMechanism>() {
+        own(
+            "a Mechanism is given in its posture at rest; a MechanismProblem has signs of sliding",
+        )?;
+        PyProblem::of_mechanism(MechanismProblem::at_rest(&mechanism.get().0))
+    } else if let Ok(problem) = posture.cast::<PyMechanismProblem>() {
+        own("a MechanismProblem has signs of sliding of its own")?;
+        PyProblem::Mechanism(problem.get().clone())
     } else {
         return Err(input::no_body(posture));
     };
-    let modes =
-        py.detach(|| standfast::modes::contact_modes(&problem, method)).map_err(|e| to_py(&e))?;
+    let modes = py.detach(|| problem.solve(method))?;
     Ok(PyModes { question: Arc::new(Asked { problem, method }), modes })
 }

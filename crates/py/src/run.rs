@@ -5,18 +5,20 @@ use std::path::PathBuf;
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::prelude::*;
 use pyo3::types::{PyList, PyTuple};
+use standfast::body::Mechanism;
 use standfast::outcome::{ContactNumber, Phase, RunContact, ZenoMethod, ZenoPoint};
 use standfast::simulate::{FilmClock, Reader};
-use standfast::{Error, Trajectory};
+use standfast::{Error, State, Trajectory};
 
-use crate::convert::{array, call, counted, first_words, local_model, question, vector, word};
+use crate::convert::{array, call, counted, first_words, local_model, question, word};
 use crate::enclosure::PyEnclosure;
 use crate::error::to_py;
 use crate::excitation::{PyGroundMotion, PyKick};
 use crate::files::write_whole;
 use crate::input::{self, MOST_SAMPLES, doubles, whole};
 use crate::interrupt::interruptible;
-use crate::modes::PyContactProblem;
+use crate::mechanism::PyMechanism;
+use crate::modes::PyProblem;
 use crate::options;
 use crate::posture::PyPosture;
 
@@ -439,8 +441,9 @@ impl PyRun {
 
     /// The contacts at the end of an inconsistent or ambiguous run, for `contact_modes`; None otherwise.
     #[getter]
-    fn undecided(&self) -> Option<PyContactProblem> {
-        self.0.undecided().cloned().map(PyContactProblem)
+    fn undecided(&self) -> Option<PyProblem> {
+        let of_mechanism = || self.0.undecided_mechanism().cloned().map(PyProblem::of_mechanism);
+        self.0.undecided().cloned().map(PyProblem::of_body).or_else(of_mechanism)
     }
 
     /// Number of collisions simulated one by one, recorded or not.

@@ -6,17 +6,18 @@ use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use standfast::modes::ContactProblem;
+use standfast::State;
+use standfast::modes::{ContactProblem, MechanismProblem};
 use standfast::options::Jams;
 use standfast::stability::{StaticForces, Verdict};
-use standfast::{Posture, State};
 
 use crate::convert::word;
 use crate::error::to_py;
 use crate::files::write_whole;
 use crate::input;
 use crate::interrupt::interruptible;
-use crate::modes::PyModes;
+use crate::mechanism::PyMechanism;
+use crate::modes::{PyModes, PyProblem};
 use crate::posture::{PyPosture, posture};
 
 /// The verdict on a posture: whether the body returns to rest after every small kick. Fields that apply to bodies on two contacts only, such as
@@ -33,8 +34,26 @@ use crate::posture::{PyPosture, posture};
 /// ('stable', 'theorem-3-loose', True)
 #[pyclass(frozen, name = "Verdict", module = "standfast")]
 pub(crate) struct PyVerdict {
-    posture: Posture,
+    on: Standing,
     verdict: Verdict,
+}
+
+/// What a verdict is about.
+#[derive(Clone, PartialEq, IntoPyObject)]
+pub(crate) enum Standing {
+    Body(PyPosture),
+    Mechanism(PyMechanism),
+}
+
+/// Reads a posture or a mechanism.
+pub(crate) fn standing(value: &Bound<'_, PyAny>) -> PyResult<Standing> {
+    if let Ok(posture) = value.cast::<PyPosture>() {
+        return Ok(Standing::Body(posture.get().clone()));
+    }
+    let mechanism = value.cast::<PyMechanism>();
+    mechanism
+        .map(|found| Standing::Mechanism(found.get().clone()))
+        .map_err(|_| input::wrong_type("posture", value, "a Posture or a Mechanism is needed"))
 }
 
 #[pymethods]
@@ -51,7 +70,8 @@ impl PyVerdict {
         self.verdict.equilibrium.holds
     }
 
-    /// Distance of the centre of mass to the nearer end of the equilibrium region, m; negative outside.
+    /// Distance of the centre of mass to the nearer end of the equilibrium region, m; negative outside. Of a mechanism that is not a rigid
+    /// body: the largest weight that all edges of the friction cones can have at once, relative to the load; −inf if the load is not held.
     #[getter]
     fn equilibrium_margin(&self) -> f64 {
         self.verdict.equilibrium.margin
@@ -154,7 +174,7 @@ impl PyVerdict {
     /// (frictionless motion need not come to rest: neither energy nor drift), "flight" (the impacts after a corner cannot be followed to their end with
     /// certainty), "cells" (some directions of motion remain open), "degenerate" (the contacts depend on each other, or nearly so, or
     /// the signs that decide are not certain), "pairs" (three and more contacts: several pairs let the body descend, or the only one is
-    /// undecided itself). None if
+    /// undecided itself), "joints" (joints with torques leave more than three coordinates, for which no theorem proves stability). None if
     /// the verdict is decided. `print(verdict)` says it in words, and what to try.
     #[getter]
     fn reason(&self) -> Option<&str> {
@@ -204,12 +224,10 @@ impl PyVerdict {
     /// each pair that can stay closed while all other contacts open. Empty for other bodies.
     #[getter]
     fn pairs(&self) -> PyResult<Vec<Self>> {
-        let found = standfast::stability::holding_pairs(&self.posture, self.verdict.jams)
+        let Standing::Body(posture) = &self.on else { return Ok(Vec::new()) };
+        let found = standfast::stability::holding_pairs(&posture.0, self.verdict.jams)
             .map_err(|e| to_py(&e))?;
-        Ok(found
-            .into_iter()
-            .map(|verdict| Self { posture: self.posture.clone(), verdict })
-            .collect())
+        Ok(found.into_iter().map(|verdict| Self { on: self.on.clone(), verdict }).collect())
     }
 
     /// The laws of impact for which the verdict is proved, by their names in `simulate`.
@@ -259,18 +277,37 @@ impl PyVerdict {
     /// The contact modes at rest, with motion, forces and margins: Modes. Words have a letter for each of `contacts`.
     #[getter]
     fn modes(&self) -> PyResult<PyModes> {
+        let posture = match &self.on {
+            Standing::Body(posture) => posture,
+            Standing::Mechanism(mechanism) => {
+                return PyModes::solved(PyProblem::of_mechanism(MechanismProblem::at_rest(
+                    &mechanism.0,
+                )));
+            }
+        };
         let places = self.verdict.contacts.iter().map(|contact| contact.index());
-        let posture =
-            standfast::stability::with_contacts(&self.posture, &places.collect::<Vec<_>>());
+        let posture = standfast::stability::with_contacts(&posture.0, &places.collect::<Vec<_>>());
         let posture = posture.map_err(|e| to_py(&e))?;
         let problem = ContactProblem::of_posture(&posture, &State::at_rest([0.0; 3]), [0.0; 3]);
-        PyModes::solved(problem.map_err(|e| to_py(&e))?)
+        PyModes::solved(PyProblem::of_body(problem.map_err(|e| to_py(&e))?))
     }
 
-    /// The posture.
+    /// The posture; None for a mechanism.
     #[getter]
-    fn posture(&self) -> PyPosture {
-        PyPosture(self.posture.clone())
+    fn posture(&self) -> Option<PyPosture> {
+        match &self.on {
+            Standing::Body(posture) => Some(posture.clone()),
+            Standing::Mechanism(_) => None,
+        }
+    }
+
+    /// The mechanism; None for a posture.
+    #[getter]
+    fn mechanism(&self) -> Option<PyMechanism> {
+        match &self.on {
+            Standing::Body(_) => None,
+            Standing::Mechanism(mechanism) => Some(mechanism.clone()),
+        }
     }
 
     /// The verdict, its evidence and the modes at rest as plain dictionaries, lists and numbers.
@@ -298,7 +335,7 @@ impl PyVerdict {
         slf.py().import("standfast.certificate_maker")?.call_method1("make", (slf,))
     }
 
-    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PyPosture,))> {
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Standing,))> {
         let mut again = py.import("standfast")?.getattr("stability")?;
         let keywords = PyDict::new(py);
         if self.verdict.jams != Jams::None {
@@ -311,14 +348,14 @@ impl PyVerdict {
         if !keywords.is_empty() {
             again = py.import("functools")?.getattr("partial")?.call((again,), Some(&keywords))?;
         }
-        Ok((again, (self.posture(),)))
+        Ok((again, (self.on.clone(),)))
     }
 
     /// Whether posture and kicks are the same: they determine the rest.
     fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
         other.cast::<Self>().is_ok_and(|other| {
             let other = other.get();
-            self.posture == other.posture
+            self.on == other.on
                 && self.verdict.jams == other.verdict.jams
                 && self.verdict.trials == other.verdict.trials
         })
@@ -349,6 +386,9 @@ impl PyVerdict {
 /// random small kicks to simulate as well. seed : seed of their random numbers. verdict.trials has their results, which are
 /// evidence and never change the verdict.
 ///
+/// posture : Posture or Mechanism. With three coordinates that are not locked a mechanism has the tests of a rigid body. With more (joints with
+/// torques) it is "unstable" by "not-equilibrium", "accelerating-mode" or "no-solution", or else "undecided" with the reason "joints".
+///
 /// Raises ValueError naming `contacts` if no contact touches its ground, or if one touches it at an end of its piece.
 ///
 /// >>> import standfast as sf
@@ -361,31 +401,38 @@ impl PyVerdict {
 #[pyo3(signature = (posture, *, jams=None, trials=0, seed=0, **unknown), text_signature = "(posture, *, jams=\"none\", trials=0, seed=0)")]
 pub(crate) fn stability(
     py: Python<'_>,
-    #[pyo3(from_py_with = posture)] posture: PyPosture,
+    #[pyo3(from_py_with = standing)] posture: Standing,
     jams: Option<&Bound<'_, PyAny>>,
     #[pyo3(from_py_with = input::trials)] trials: usize,
     #[pyo3(from_py_with = input::seed)] seed: usize,
     unknown: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyVerdict> {
     input::no_keywords("stability", unknown)?;
-    let posture = posture.0.clone();
     let jams = jams.map_or(Ok(Jams::None), crate::options::jams)?;
-    let found = standfast::stability::stability_with(&posture, jams);
+    let found = match &posture {
+        Standing::Body(posture) => standfast::stability::stability_with(&posture.0, jams),
+        Standing::Mechanism(of) => standfast::stability::mechanism_stability(&of.0, jams),
+    };
     let mut verdict = found.map_err(|e| to_py(&e))?;
     if trials > 0 {
         let seed = seed as u64;
-        let found = interruptible(py, |cancel| {
-            standfast::stability::trials(&posture, trials, seed, jams, cancel)
+        let found = interruptible(py, |cancel| match &posture {
+            Standing::Body(posture) => {
+                standfast::stability::trials(&posture.0, trials, seed, jams, cancel)
+            }
+            Standing::Mechanism(of) => {
+                standfast::stability::mechanism_trials(&of.0, trials, seed, jams, cancel)
+            }
         })?;
         verdict.trials = Some(found);
     }
-    Ok(PyVerdict { posture, verdict })
+    Ok(PyVerdict { on: posture, verdict })
 }
 
 /// Least and largest (tangential, normal) force of each contact.
 type Extremes<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
-/// The forces that can hold a body at rest in its nominal posture. Returns the least and the largest (tangential, normal) force of
+/// The forces that can hold a body, or a mechanism, at rest in its posture. Returns the least and the largest (tangential, normal) force of
 /// each contact over all forces that friction allows, (n, 2) N each; ±inf where contacts can squeeze the body without bound. Returns
 /// None if no forces hold the body. Any number of contacts. For a contact at a vertex of the terrain the force is the sum over both
 /// pieces, along and across the piece with the slope of the contact.
@@ -398,11 +445,13 @@ type Extremes<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 #[pyfunction]
 pub(crate) fn static_forces<'py>(
     py: Python<'py>,
-    #[pyo3(from_py_with = posture)] posture: PyPosture,
+    #[pyo3(from_py_with = standing)] posture: Standing,
 ) -> PyResult<Option<Extremes<'py>>> {
-    let Some(StaticForces { low, high }) = standfast::stability::static_forces(&posture.0) else {
-        return Ok(None);
+    let found = match &posture {
+        Standing::Body(posture) => standfast::stability::static_forces(&posture.0),
+        Standing::Mechanism(mechanism) => standfast::stability::mechanism_forces(&mechanism.0),
     };
+    let Some(StaticForces { low, high }) = found else { return Ok(None) };
     let array = |rows: Vec<[f64; 2]>| {
         let rows: Vec<Vec<f64>> = rows.into_iter().map(Into::into).collect();
         PyArray2::from_vec2(py, &rows).map_err(|e| PyValueError::new_err(e.to_string()))
