@@ -44,6 +44,7 @@
 //! | a box that is thrown on stairs | [`Posture::block`] with [`Lamina::terrain`], [`simulate`](simulate()) with [`Impact::Moreau`] |
 //! | the motion at any time | [`Trajectory::at`], [`times`](Trajectory::times), [`forces`](Trajectory::forces); [`reader`](Trajectory::reader) for many times |
 //! | contact modes of a posture at rest | [`ContactProblem::of_posture`](modes::ContactProblem::of_posture), [`contact_modes`](modes::contact_modes) |
+//! | contact modes of a mechanism | [`MechanismProblem`](modes::MechanismProblem), [`contact_modes`](modes::contact_modes) |
 //! | is the posture stable, and why | [`stability`](stability()), [`Verdict`](stability::Verdict) |
 //! | kicks, or an earthquake, during a run | [`Simulation`], [`Excitation`](excitation::Excitation) |
 //! | the kicks that a posture withstands | [`robustness`](robustness()) |

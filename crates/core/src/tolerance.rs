@@ -156,6 +156,10 @@ pub(crate) const DEPENDENT_ROW: f64 = 1e-10;
 /// inverse of this value, and stop a real rotation. Range: 1e-9 to 1e-5.
 pub(crate) const STOPPED_ROW: f64 = 1e-7;
 
+/// A component of the internal force of two fixed contacts of a mechanism that is at most this times the force is the rounding error of an
+/// exact zero: friction then allows internal forces without bound.
+pub(crate) const NO_INTERNAL_FORCE: f64 = 64.0 * f64::EPSILON;
+
 /// Acceleration that may come from a force outside its cone, as a multiple of the amount by which the force is outside; an acceleration
 /// below it does not count as different from zero. Rows have length about one. Range: 10 to 1e3.
 pub(crate) const CONE_TIE_ACCELERATION: f64 = 100.0;

@@ -495,3 +495,28 @@ fn wrong_signs() {
         assert!(text.starts_with(says), "{text}");
     }
 }
+
+#[test]
+fn feet_press_against_slopes_without_bound() {
+    // On level ground friction bounds the force between two feet by μ times the weight on one of them. Between steep slopes that rise
+    // outwards nothing bounds it.
+    let rod = |slope: f64, friction: f64| {
+        let foot = |x: f64, slope: f64| Contact { friction, ..Contact::at(x, 0.0).on_slope(slope) };
+        let posture = Posture::new(PostureFields {
+            mass: 2.0,
+            gyration_radius: 0.3,
+            center_of_mass: [0.0, 0.4],
+            contacts: vec![foot(-0.5, -slope), foot(0.5, slope)],
+            gravity: 10.0,
+            ..PostureFields::default()
+        });
+        let mechanism = Mechanism::of_posture(&posture.unwrap()).unwrap();
+        let modes = contact_modes(&MechanismProblem::at_rest(&mechanism), Method::Auto).unwrap();
+        modes.get("FF".parse().unwrap()).unwrap().force_interval.unwrap()
+    };
+    let [low, high] = rod(0.0, 0.5);
+    assert!((low + 5.0).abs() < 1e-13 && (high - 5.0).abs() < 1e-13, "{low} {high}");
+    // Positive for a push of foot 1 along its tangent: inwards.
+    let [low, high] = rod(1.2, 0.5);
+    assert!(low.is_finite() && high == f64::INFINITY, "{low} {high}");
+}

@@ -15,7 +15,7 @@ use crate::modes::problem::ContactProblem;
 use crate::modes::rows::{Problem, Row};
 use crate::modes::words::{Mode, Word};
 use crate::outcome::ContactNumber;
-use crate::tolerance::{DEPENDENT_ROW, FIXED_ACCELERATION, TIE};
+use crate::tolerance::{DEPENDENT_ROW, FIXED_ACCELERATION, NO_INTERNAL_FORCE, TIE};
 
 /// A word of one or two contacts, solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -591,16 +591,19 @@ impl Squeeze {
     /// The same without arms.
     #[inline(never)]
     fn of_rows(rows: [&Row; 2], rest: Vector3<f64>) -> Self {
+        const OTHERS: [[usize; 3]; 4] = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
+        const SIGNS: [f64; 4] = [1.0, -1.0, 1.0, -1.0];
         let stretch = [0, 0, 1, 1].map(|i: usize| rows[i].stretch);
         let [b0, b1, b2, b3] =
             [&rows[0].tangent, &rows[0].normal, &rows[1].tangent, &rows[1].normal];
         let b = [b0 * stretch[0], b1 * stretch[1], b2 * stretch[2], b3 * stretch[3]];
         let det = |[i, j, k]: [usize; 3]| b[i].dot(&b[j].cross(&b[k]));
-        const OTHERS: [[usize; 3]; 4] = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
-        let mut z =
-            [0, 1, 2, 3].map(|k: usize| if k % 2 == 0 { 1.0 } else { -1.0 } * det(OTHERS[k]));
+        let mut z = [0, 1, 2, 3].map(|k: usize| SIGNS[k] * det(OTHERS[k]));
         let length = (0.5 * z.iter().map(|part| part * part).sum::<f64>()).sqrt();
-        let first = z.iter().copied().find(|part| part.abs() > DEPENDENT_ROW * length);
+        for part in &mut z {
+            *part = if part.abs() > NO_INTERNAL_FORCE * length { *part } else { 0.0 };
+        }
+        let first = z.iter().copied().find(|part| *part != 0.0);
         let sign = 1.0_f64.copysign(first.unwrap_or(1.0));
         // With the largest component of z set to zero the three others follow by Cramer's rule, and then the part along z is removed.
         let largest = (0..4).fold(0, |most, k| if z[k].abs() > z[most].abs() { k } else { most });
