@@ -299,8 +299,8 @@ fn digest(run: &Trajectory) -> (Outcome, Vec<u64>, usize) {
     all.extend(run.rates());
     for zeno in run.zeno_points() {
         all.extend([zeno.time, zeno.elapsed, zeno.time_error, zeno.contacts.len() as f64]);
-        all.extend(zeno.q.into_iter().flatten());
-        all.extend(zeno.qdot.into_iter().flatten());
+        all.extend(zeno.q.iter().flatten());
+        all.extend(zeno.qdot.iter().flatten());
         all.extend(&zeno.gaps);
         all.extend(&zeno.gap_rates);
     }

@@ -217,7 +217,7 @@ impl<V: MassVector> Scaled<V> {
         let mut load = V::of(coordinates, space.pull().iter());
         let rows = friction.iter().zip(sliding).enumerate();
         let mut rows: Vec<_> = rows.map(|(i, (mu, sign))| row(space, i, *mu, *sign)).collect();
-        let scale = scale(&mut rows, &load);
+        let scale = scale(&mut rows, load.norm());
         load = load.divided(scale);
         Self { rows, load, scale, coordinates }
     }
@@ -332,7 +332,7 @@ fn only_onward(space: &ContactSpace, friction: &[f64], sliding: &[Option<i8>]) -
     let mut word = ContactLetters::from_elem(Mode::Separate, sliding.len());
     let mut acceleration = pull;
     if n > 0 {
-        let scale = scale(&mut rows[..n], &pull);
+        let scale = scale(&mut rows[..n], pull.norm());
         let (letters, y) = only_mode(&rows[..n], pull / scale)?;
         closed[..n].iter().zip(letters).for_each(|(&i, mode)| word[i] = mode);
         acceleration = y * scale;

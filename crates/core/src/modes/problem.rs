@@ -203,7 +203,7 @@ impl ContactProblem {
             )?;
             rows.push(row);
         }
-        let scale = scale(&mut rows, &load);
+        let scale = scale(&mut rows, load.amax());
         for pair in fields.arms.iter_mut().chain(&mut fields.tangents).chain(&mut fields.bias) {
             *pair = pair.unsigned_zero();
         }

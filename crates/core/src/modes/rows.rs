@@ -110,14 +110,14 @@ impl Row {
     }
 }
 
-/// The largest of the load and the biases, by which the biases are then divided.
-pub(crate) fn scale<V: MassVector>(rows: &mut [Row<V>], load: &V) -> f64 {
+/// The largest of the load, of this size, and the biases, by which the biases are then divided.
+pub(crate) fn scale<V: MassVector>(rows: &mut [Row<V>], load: f64) -> f64 {
     let biases = rows
         .iter()
         .filter(|row| row.sliding.is_some())
         .flat_map(|row| row.bias)
         .fold(0.0_f64, |most, bias| most.max(bias.abs()));
-    let largest = load.amax().max(biases);
+    let largest = load.max(biases);
     let scale = if largest > 0.0 { largest } else { 1.0 };
     for row in rows {
         row.bias = row.bias.map(|bias| bias / scale);

@@ -116,7 +116,7 @@ pub(crate) fn only_mode_of(
         return None;
     }
     let load = Vector3::new(fall.x, fall.y, 0.0);
-    let scale = scale(rows, &load);
+    let scale = scale(rows, load.amax());
     let (letters, y) = only_mode(rows, load / scale)?;
     Some((letters, [y.x * scale, y.y * scale, y.z * scale / rho]))
 }
