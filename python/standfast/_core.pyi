@@ -75,6 +75,7 @@ _Reason: TypeAlias = Literal[
     "flight",
     "cells",
     "pairs",
+    "joints",
 ]
 _Method: TypeAlias = Literal[
     "bounce", "clatter", "chatter", "rest", "self-similar", "mixed", "nested"
@@ -98,6 +99,7 @@ __all__ = [
     "Link",
     "LocalModel",
     "Mechanism",
+    "MechanismProblem",
     "Modes",
     "Orbit",
     "Phase",
@@ -329,6 +331,8 @@ class MechanismProblem:
     def mechanism(self) -> Mechanism: ...
     @property
     def sliding(self) -> list[int | None]: ...
+    @property
+    def jamming(self) -> list[tuple[int, str, float, float]]: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
@@ -935,7 +939,7 @@ class Modes:
     @property
     def consistent(self) -> list[str]: ...
     @property
-    def problem(self) -> ContactProblem: ...
+    def problem(self) -> ContactProblem | MechanismProblem: ...
     @property
     def level(self) -> _Level: ...
     def to_dict(self) -> dict[str, Any]: ...
@@ -1082,7 +1086,11 @@ class Sweep:
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 def stability(
-    posture: Posture | Mechanism, *, jams: _Jams = "none", trials: int = 0, seed: int = 0
+    posture: Posture | Mechanism,
+    *,
+    jams: _Jams = "none",
+    trials: int = 0,
+    seed: int = 0,
 ) -> Verdict: ...
 def robustness(
     posture: Posture,

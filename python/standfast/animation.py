@@ -6,6 +6,7 @@ from pathlib import Path
 
 from standfast._core import Run, write_whole
 from standfast.page import film_page
+from standfast.table import without_posture
 
 #: What a file of each kind needs.
 NEEDS = {
@@ -28,7 +29,7 @@ def animate(
         )
     if run.posture is None:
         raise ValueError(
-            "run cannot be animated: it is of a LocalModel, which has no posture; a run of a Posture is needed"
+            f"run cannot be animated: it is of a {without_posture(run)}, which has no posture; a run of a Posture is needed"
         )
     write_whole(target, writer(kind, target.stem)(run, fps, speed, clock))
 

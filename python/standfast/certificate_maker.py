@@ -28,6 +28,10 @@ def make(verdict: Verdict) -> dict[str, Any]:
             "the verdict is undecided; only a decided one has a certificate"
         )
     posture, by = verdict.posture, verdict.by
+    if posture is None:
+        raise ValueError(
+            "the verdict is on a Mechanism; only one on a Posture has a certificate"
+        )
     found = {
         "conventions": certificate.CONVENTIONS,
         "scene": scene(posture, verdict.contacts),

@@ -86,8 +86,9 @@ def of_run(run: Run) -> str:
 
 
 def of_verdict(verdict: Verdict) -> str:
-    """The picture of the posture, and the table that `print` has."""
-    return picture(verdict.posture) + _text(verdict_table(verdict))
+    """The picture of the posture, if there is one, and the table that `print` has."""
+    drawn = "" if verdict.posture is None else picture(verdict.posture)
+    return drawn + _text(verdict_table(verdict))
 
 
 def of_modes(modes: Modes) -> str:

@@ -22,7 +22,7 @@ from matplotlib.transforms import Bbox
 
 from standfast._core import GroundMotion, Kick, Posture, Run, ZenoPoint, write_whole
 from standfast.scenery import Piece, body_outline, ground, spokes, surface
-from standfast.table import contacts_named, counted, is_infinite
+from standfast.table import contacts_named, counted, is_infinite, without_posture
 
 _Floats = npt.NDArray[np.float64]
 
@@ -651,7 +651,7 @@ def _decades(rest: _Floats, gaps: _Floats) -> tuple[float, float]:
 
 def _posture(run: Run) -> Posture:
     if run.posture is None:
-        raise ValueError("run has no posture: it is of a LocalModel")
+        raise ValueError(f"run has no posture: it is of a {without_posture(run)}")
     return run.posture
 
 

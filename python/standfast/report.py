@@ -15,6 +15,7 @@ from standfast.table import (
     counted,
     is_infinite,
     listed,
+    mechanism_named,
     side_named,
 )
 
@@ -69,6 +70,14 @@ def account(run: sf.Run, title: str) -> str:
                 f" friction {contact.friction:g},"
                 + (f" radius {contact.radius:g} m," if contact.radius else "")
                 + f" restitution {posture.restitution if e is None else e:g}",
+            )
+    if (mechanism := run.mechanism) is not None:
+        row("mechanism", mechanism_named(mechanism))
+        for number, foot in enumerate(mechanism.contacts, start=1):
+            e = foot.restitution
+            row(
+                f"contact {number}",
+                f"friction {foot.friction:g}, restitution {mechanism.restitution if e is None else e:g}",
             )
     sides = [contact for contact in run.contacts if contact.corner is not None]
     for side in sides[:ROWS]:
@@ -135,8 +144,9 @@ def account(run: sf.Run, title: str) -> str:
         lines.append("")
     row("outcome", f"{run.outcome} at {decimal(run.time)} s")
     if run.q is not None and run.qdot is not None:
-        row("q", f"({_numbers(run.q)}) m, m, rad")
-        row("qdot", f"({_numbers(run.qdot)}) m/s, m/s, rad/s")
+        units = ("", "") if mechanism else (" m, m, rad", " m/s, m/s, rad/s")
+        row("q", f"({_numbers(run.q)}){units[0]}")
+        row("qdot", f"({_numbers(run.qdot)}){units[1]}")
     else:
         row("theta", f"{run.theta!r} rad")
         row("omega", f"{run.omega!r} rad/s")

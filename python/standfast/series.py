@@ -13,6 +13,8 @@ from standfast._core import Run
 if TYPE_CHECKING:
     import xarray
 
+#: Names of the coordinates of a body, and their units.
+BODY = ["x", "y", "theta"]
 #: Number of times of a dataset besides the events.
 SAMPLES = 1000
 
@@ -64,14 +66,22 @@ def to_xarray(run: Run, t: npt.ArrayLike | None = None) -> xarray.Dataset:
     starts = [phase.start for phase in run.phases]
     letters = np.array([list(phase.mode) for phase in run.phases])
     mode = letters[np.searchsorted(starts, times, side="right") - 1]
+    jointed = run.mechanism is not None
     variables = {
         "q": (
             "coordinate",
             q,
-            "displacement of the centre of mass, rotation",
-            "m, m, rad",
+            "displacement of the coordinates"
+            if jointed
+            else "displacement of the centre of mass, rotation",
+            None if jointed else "m, m, rad",
         ),
-        "qdot": ("coordinate", qdot, "velocity", "m/s, m/s, rad/s"),
+        "qdot": (
+            "coordinate",
+            qdot,
+            "velocity",
+            None if jointed else "m/s, m/s, rad/s",
+        ),
         "gaps": ("contact", gaps, "gap", "m"),
         "rates": ("contact", rates, "gap rate", "m/s"),
         "points": (
@@ -96,6 +106,8 @@ def to_xarray(run: Run, t: npt.ArrayLike | None = None) -> xarray.Dataset:
     }
     if run.posture is not None:
         about["posture"] = repr(run.posture)
+    if jointed:
+        about["mechanism"] = repr(run.mechanism)
     return xarray.Dataset(
         {
             name: (["time", *dimensions.split()], values, _attributes(text, unit))
@@ -103,7 +115,7 @@ def to_xarray(run: Run, t: npt.ArrayLike | None = None) -> xarray.Dataset:
         },
         {
             "time": ("time", times, _attributes("time on the clock", "s")),
-            "coordinate": ["x", "y", "theta"],
+            "coordinate": np.arange(q.shape[1]) if jointed else BODY,
             "contact": np.arange(1, gaps.shape[1] + 1),
             "axis": ["x", "y"],
             "direction": ["tangential", "normal"],

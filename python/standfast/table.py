@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 ROWS = 20
 #: Largest number of forces of a word that are printed.
 FORCES = 3
+#: Largest number of coordinates of an acceleration that are printed.
+COORDINATES = 8
 
 
 def counted(number: int, noun: str) -> str:
@@ -67,6 +69,29 @@ def side_named(contact: sf.RunContact) -> str:
     return f"side {contact.index + 1} on the corner of the ground at ({x:zg}, {y:zg}) m"
 
 
+def without_posture(run: sf.Run) -> str:
+    """What a run without a posture is of."""
+    return "LocalModel" if run.mechanism is None else "Mechanism"
+
+
+def mechanism_named(mechanism: sf.Mechanism) -> str:
+    """A mechanism in words.
+
+    >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.5)
+    >>> mechanism_named(sf.Mechanism.of_posture(rod))
+    '3 coordinates, 2 contacts'
+    """
+    words = [
+        counted(mechanism.dof, "coordinate"),
+        counted(len(mechanism.contacts), "contact"),
+    ]
+    if locked := sorted(set(mechanism.locked)):
+        words.insert(1, f"{listed(locked)} of them locked (counted from 0)")
+    if mechanism.armature is not None and mechanism.armature.any():
+        words.append("with armature")
+    return ", ".join(words)
+
+
 def is_infinite(point: sf.ZenoPoint) -> bool:
     """Whether infinitely many impacts end at this point. They do not where contacts rest from the start or land without rebound."""
     return point.method != "rest" and not point.plastic
@@ -95,8 +120,9 @@ def modes_table(modes: sf.Modes) -> str:
     solved = [modes[word] for word in modes]
     solved.sort(key=_failure)
     shown = max(ROWS, len(modes.consistent))
+    body = isinstance(modes.problem, sf.ContactProblem)
     units = (
-        ("acceleration / (m/s^2, rad/s^2)", "forces (tangential, normal) / N")
+        (acceleration_named(body), "forces (tangential, normal) / N")
         if modes.level == "acceleration"
         else ("velocity after / (m/s, rad/s)", "impulses (tangential, normal) / (N s)")
     )
@@ -137,9 +163,17 @@ def modes_table(modes: sf.Modes) -> str:
     return "\n".join(lines)
 
 
+def acceleration_named(body: bool) -> str:
+    """The head of a column of accelerations, of a body or of the coordinates of a mechanism."""
+    return "acceleration / (m/s^2, rad/s^2)" if body else "acceleration of q"
+
+
 #: What to try where no argument decides.
 TRY = "try stability(posture, trials=1000): random small kicks, which are evidence and no proof"
 
+
+#: Number of coordinates of the base of a mechanism, (x, y, theta); those that follow are taken as joints.
+BASE = 3
 
 #: Text of the report for each reason why a verdict has no bound on the amplification of a kick.
 NO_BOUND = {
@@ -180,17 +214,6 @@ def verdict_table(verdict: sf.Verdict) -> str:
       impact laws       newton
       amplification     at most 1.47: no later motion is faster than that many times the kick
     """
-    x = verdict.posture.center_of_mass[0]
-    where = f"centre of mass at {x:z.6g} m, "
-    region = verdict.equilibrium_region
-    where += (
-        "region empty"
-        if region is None
-        else f"region from {region[0]:.6g} to {region[1]:.6g} m"
-    )
-    spare = sf.friction_margin(verdict.posture)
-    if spare >= 0:
-        where += f", friction margin {spare:.3g}"
     argument = "" if verdict.by is None else f", by {verdict.by}"
     lines = [f"  stability         {verdict.frictional_stability}{argument}"]
     lines.append(f"    {verdict.in_words}")
@@ -200,20 +223,13 @@ def verdict_table(verdict: sf.Verdict) -> str:
         lines.append(
             "  jams              end by plastic impacts without collision, under every law of impact"
         )
-    own, sides = verdict.posture.contacts, verdict.posture.side_contacts
-    if len(own) + len(sides) > len(verdict.contacts):
-        lines.append(
-            f"  contacts          {listed(verdict.contacts)} touch; the others have no effect on small motions"
-        )
-    for number, side in enumerate(sides, start=len(own) + 1):
-        place = ", ".join(f"{x:zg}" for x in side.point)
-        lines.append(
-            f"  contact {number:<9} is a side of the body on the corner of the ground at ({place}) m"
-        )
-    lines.append(f"  equilibrium       {_yes(verdict.equilibrium)}: {where}")
+    if verdict.posture is not None:
+        lines += _of_posture(verdict, verdict.posture)
+    if verdict.mechanism is not None:
+        lines += _of_mechanism(verdict, verdict.mechanism)
     lines += (
         _on_two_contacts(verdict)
-        if len(verdict.contacts) == 2
+        if verdict.kinematic_margin is not None
         else _on_many_contacts(verdict)
     )
     if verdict.frictional_stability == "stable":
@@ -249,6 +265,71 @@ def verdict_table(verdict: sf.Verdict) -> str:
     return "\n".join(lines)
 
 
+def _of_posture(verdict: sf.Verdict, posture: sf.Posture) -> list[str]:
+    """The contacts and the equilibrium of a body."""
+    lines = []
+    own, sides = posture.contacts, posture.side_contacts
+    if len(own) + len(sides) > len(verdict.contacts):
+        lines.append(
+            f"  contacts          {listed(verdict.contacts)} touch; the others have no effect on small motions"
+        )
+    for number, side in enumerate(sides, start=len(own) + 1):
+        place = ", ".join(f"{x:zg}" for x in side.point)
+        lines.append(
+            f"  contact {number:<9} is a side of the body on the corner of the ground at ({place}) m"
+        )
+    where = f"centre of mass at {posture.center_of_mass[0]:z.6g} m, "
+    region = verdict.equilibrium_region
+    where += (
+        "region empty"
+        if region is None
+        else f"region from {region[0]:.6g} to {region[1]:.6g} m"
+    )
+    spare = sf.friction_margin(posture)
+    if spare >= 0:
+        where += f", friction margin {spare:.3g}"
+    lines.append(f"  equilibrium       {_yes(verdict.equilibrium)}: {where}")
+    return lines
+
+
+def _of_mechanism(verdict: sf.Verdict, mechanism: sf.Mechanism) -> list[str]:
+    """The coordinates and the equilibrium of a mechanism, and its verdicts with joints locked."""
+    space = mechanism.contact_space
+    lines = [
+        f"  mechanism         {mechanism_named(mechanism)}; rank {space.rank} of the contacts",
+        f"  equilibrium       {_yes(verdict.equilibrium)}",
+    ]
+    joints = sorted(set(range(BASE, mechanism.dof)) - set(mechanism.locked))
+    if not joints or not verdict.equilibrium:
+        return lines
+    title = "joints            "
+    every = [*joints] if len(joints) > 1 else []
+    for chosen in [every, *([joint] for joint in joints[:ROWS])]:
+        if chosen and (text := _with_locked(mechanism, chosen, verdict.jams)):
+            lines.append(f"  {title:<18}{text}")
+            title = ""
+    return lines
+
+
+def _with_locked(mechanism: sf.Mechanism, joints: Sequence[int], jams: str) -> str:
+    """The verdict with more coordinates locked; empty if they cannot be locked."""
+    try:
+        locked = sf.Mechanism(
+            mechanism.mass_matrix,
+            mechanism.load,
+            mechanism.contacts,
+            restitution=mechanism.restitution,
+            locked=sorted({*mechanism.locked, *joints}),
+            armature=mechanism.armature,
+        )
+        verdict = sf.stability(locked, jams="impact" if jams == "impact" else "none")
+    except ValueError:
+        return ""
+    argument = "" if verdict.by is None else f", by {verdict.by}"
+    names = f"coordinate{'' if len(joints) == 1 else 's'} {listed(joints)}"
+    return f"with {names} locked: {verdict.frictional_stability}{argument}"
+
+
 def _on_two_contacts(verdict: sf.Verdict) -> list[str]:
     return [
         "  modes at rest (a letter for each contact: S separate, F fixed, R, L slides right, left)",
@@ -258,7 +339,7 @@ def _on_two_contacts(verdict: sf.Verdict) -> list[str]:
                     "word",
                     "kinematics",
                     "forces",
-                    "acceleration / (m/s^2, rad/s^2)",
+                    acceleration_named(verdict.posture is not None),
                     "forces (tangential, normal) / N",
                 ),
                 *(
@@ -389,7 +470,10 @@ def _forces(
 
 def _vector(values: npt.NDArray[np.float64]) -> str:
     # The format option z drops the sign of a zero.
-    return f"({', '.join(f'{value:z.6g}' for value in values)})"
+    texts = [f"{value:z.6g}" for value in values]
+    if len(texts) > COORDINATES:
+        texts[COORDINATES:] = ["..."]
+    return f"({', '.join(texts)})"
 
 
 def robustness_table(result: sf.Robustness) -> str:

@@ -607,7 +607,7 @@ def ask(**keywords):
         (
             lambda: sf.contact_modes(1),
             TypeError,
-            "posture = 1 * a Posture or a ContactProblem",
+            "posture = 1 * a Posture, a ContactProblem",
         ),
     ],
 )

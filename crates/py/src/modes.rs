@@ -9,7 +9,8 @@ use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyIterator, PyList};
 use standfast::State;
 use standfast::modes::{
-    ContactProblem, Level, Margin, MechanismProblem, Method, ModeAnswer, Modes, ProblemFields,
+    ContactProblem, Jamming, Level, Margin, MechanismProblem, Method, ModeAnswer, Modes,
+    ProblemFields,
 };
 
 use crate::convert::{array, call, float, pair_text, word};
@@ -130,11 +131,7 @@ impl PyContactProblem {
     /// 'contact 1 sliding L: margin -0.385, critical friction 1.444'
     #[getter]
     fn jamming(&self) -> Vec<(usize, char, f64, f64)> {
-        self.0
-            .jamming()
-            .iter()
-            .map(|j| (j.contact.number(), j.direction.letter(), j.margin, j.critical_friction))
-            .collect()
+        jams(&self.0.jamming())
     }
 
     fn __repr__(&self) -> String {
@@ -237,6 +234,12 @@ impl PyMechanismProblem {
         self.0.sliding().to_vec()
     }
 
+    /// As that of a `ContactProblem`; P = N M⁻¹(N − σμT)ᵀ.
+    #[getter]
+    fn jamming(&self) -> Vec<(usize, char, f64, f64)> {
+        jams(&self.0.jamming())
+    }
+
     fn __repr__(&self) -> String {
         let sliding = listed(self.0.sliding(), |sign| match sign {
             Some(sign) => sign.to_string(),
@@ -251,6 +254,13 @@ impl PyMechanismProblem {
         let problem = slf.get();
         (slf.get_type().into_any(), (problem.mechanism(), problem.sliding()))
     }
+}
+
+fn jams(found: &[Jamming]) -> Vec<(usize, char, f64, f64)> {
+    found
+        .iter()
+        .map(|j| (j.contact.number(), j.direction.letter(), j.margin, j.critical_friction))
+        .collect()
 }
 
 /// Reads a mechanism.

@@ -1,0 +1,166 @@
+"""Mechanisms through Python: verdicts, contact modes, runs, files, and wrong input."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+import standfast as sf
+from standfast.report import account
+
+ROD = sf.Posture.rod(
+    half_length=0.5, gyration_radius=0.2, friction=0.5, restitution=0.3
+)
+START = (0, 0.01, 0.002), (0.0, 0.0, 0.0)
+# A body on two feet with a joint whose coordinate moves the first foot, held by its torque.
+JOINTED = {
+    "mass_matrix": [[2, 0, 0, 0], [0, 2, 0, 0.2], [0, 0, 0.5, 0], [0, 0.2, 0, 0.3]],
+    "load": [0, -20, 0, -10],
+    "contacts": [
+        sf.ContactRows([0, 1, -0.5, 1], [1, 0, 0, 0.2], friction=0.5),
+        sf.ContactRows([0, 1, 0.5, 0], [1, 0, 0, 0], friction=0.5),
+    ],
+}
+
+
+def jointed(**changes):
+    return sf.Mechanism(**(JOINTED | changes))
+
+
+@pytest.mark.parametrize("jams", ["none", "impact"])
+def test_the_verdict_on_a_body_is_that_on_its_posture(jams):
+    verdict = sf.stability(ROD, jams=jams)
+    other = sf.stability(sf.Mechanism.of_posture(ROD), jams=jams)
+    assert (other.posture, verdict.mechanism) == (None, None)
+    assert other.mechanism == sf.Mechanism.of_posture(ROD)
+    for name in ("frictional_stability", "by", "jams", "laws", "coupling", "flight"):
+        assert getattr(verdict, name) == getattr(other, name), name
+    assert verdict.kinematic_margin == pytest.approx(other.kinematic_margin, abs=1e-12)
+    assert list(verdict.modes) == list(other.modes)
+    with pytest.raises(ValueError, match="on a Mechanism; only one on a Posture has a"):
+        other.certificate()
+
+
+def test_the_table_says_what_the_joints_change():
+    verdict = sf.stability(jointed(), trials=20)
+    assert (verdict.frictional_stability, verdict.reason) == ("undecided", "joints")
+    assert verdict.trials["kicks"] == 20
+    locked = sf.stability(jointed(locked=[3]))
+    assert locked.frictional_stability == "stable"
+    text = str(verdict)
+    assert "mechanism         4 coordinates, 2 contacts; rank 4 of the contacts" in text
+    assert f"joints            with coordinate 3 locked: stable, by {locked.by}" in text
+    assert "evidence, no proof" in text
+    assert "3 of them locked (counted from 0)" in str(locked)
+    assert "joints" not in str(locked)
+    assert "<pre" in verdict._repr_html_()
+
+
+def test_contact_modes_of_a_mechanism_balance():
+    mechanism = jointed()
+    modes = sf.contact_modes(mechanism)
+    assert modes.consistent == ["FF"]
+    assert modes.problem == sf.MechanismProblem(mechanism)
+    rows = mechanism.contacts
+    for word in modes:
+        mode = modes[word]
+        push = sum(
+            c.tangential * t + c.normal * n
+            for c, (t, n) in zip(rows, mode.forces, strict=True)
+        )
+        balance = mechanism.mass_matrix @ mode.acceleration - mechanism.load - push
+        assert np.abs(balance).max() < 1e-12, word
+    text = str(modes)
+    assert "acceleration of q" in text
+    slides = sf.contact_modes(sf.MechanismProblem(mechanism, sliding=[1, None]))
+    assert [way[:2] for way in slides.problem.jamming] == [(1, "R")]
+    low, high = sf.static_forces(mechanism)
+    assert modes["FF"].forces == pytest.approx(low)
+    assert low == pytest.approx(high)
+
+
+def test_a_run_of_a_mechanism_is_kept_whole(tmp_path):
+    mechanism = sf.Mechanism.of_posture(ROD)
+    run = sf.simulate(mechanism, *START)
+    body = sf.simulate(ROD, *START, model="local")
+    assert (run.outcome, run.model, run.posture) == ("rest", "local", None)
+    assert run.mechanism == mechanism
+    assert run.q == pytest.approx(body.q, abs=1e-14)
+    assert run.time == pytest.approx(body.time, rel=1e-14)
+    run.save(tmp_path / "run.json")
+    for copy in (
+        pickle.loads(pickle.dumps(run)),
+        sf.Run.load(tmp_path / "run.json"),
+    ):
+        assert copy.to_dict() == run.to_dict()
+        assert copy.mechanism == mechanism
+        times = np.linspace(0, run.time, 9)
+        assert (copy.at(times)[0] == run.at(times)[0]).all()
+    assert json.loads((tmp_path / "run.json").read_text())
+    data = run.to_xarray()
+    assert data.q.shape[1] == mechanism.dof
+    assert "mechanism   3 coordinates, 2 contacts" in account(run, "run")
+    with pytest.raises(ValueError, match="it is of a Mechanism"):
+        run.animate(tmp_path / "run.gif")
+    run.plot(tmp_path / "run.png")
+
+
+def test_copies():
+    mechanism = jointed(armature=[0, 0, 0, 0.1], locked=[3], restitution=0.2)
+    problem = sf.MechanismProblem(mechanism, sliding=[1, None])
+    verdict = sf.stability(jointed())
+    for value in (mechanism, problem, verdict, *mechanism.contacts):
+        assert pickle.loads(pickle.dumps(value)) == value
+    assert (
+        eval(repr(mechanism), {name: getattr(sf, name) for name in sf.__all__})
+        == mechanism
+    )
+    assert (
+        eval(repr(problem), {name: getattr(sf, name) for name in sf.__all__}) == problem
+    )
+
+
+WRONG = [
+    ({"mass_matrix": [[1, 0], [0, 1]]}, r"mass_matrix"),
+    ({"mass_matrix": np.diag([1, 1, 1, -1.0])}, r"mass_matrix.*positive definite"),
+    ({"mass_matrix": np.triu(np.ones((4, 4))) + np.eye(4)}, r"mass_matrix.*symmetric"),
+    ({"load": [0, -20, 0]}, r"mass_matrix|load"),
+    ({"load": [0, 20, 0, 10]}, r"load.*downwards"),
+    ({"load": [0, np.nan, 0, 0]}, r"load"),
+    ({"contacts": [sf.ContactRows([0, 1, 0], [1, 0, 0])]}, r"contacts\.1\.normal"),
+    ({"contacts": []}, r"contacts"),
+    ({"locked": [4]}, r"locked"),
+    ({"locked": [0, 1, 2, 3]}, r"locked"),
+    ({"armature": [0, 0, 0, -1]}, r"armature"),
+    ({"armature": [1, 1]}, r"armature"),
+    ({"restitution": 1.5}, r"restitution"),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), WRONG, ids=lambda x: str(x)[:20])
+def test_wrong_input_names_the_field(changes, message):
+    with pytest.raises(ValueError, match=message) as caught:
+        jointed(**changes)
+    assert len(str(caught.value)) < 600
+
+
+def test_wrong_questions_name_the_field():
+    mechanism = jointed()
+    for call, message in (
+        (lambda: sf.simulate(mechanism, (0, 0.01, 0), (0, 0, 0)), "q = "),
+        (
+            lambda: sf.simulate(mechanism, (0, -1, 0, 0), (0,) * 4),
+            "q puts contact 1 into",
+        ),
+        (lambda: sf.simulate(mechanism, (0, 1, 0, 0), (0,) * 4, model="full"), "model"),
+        (lambda: sf.MechanismProblem(mechanism, sliding=[1]), "sliding"),
+        (lambda: sf.MechanismProblem(mechanism, sliding=[2, 1]), "sliding"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            call()
+    for call, message in (
+        (lambda: sf.robustness(mechanism, [0.1]), "a Posture is needed"),
+        (lambda: sf.stability(1), "a Posture or a Mechanism is needed"),
+    ):
+        with pytest.raises(TypeError, match=message):
+            call()
