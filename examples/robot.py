@@ -258,7 +258,7 @@ def main(path="robot.png", points=96):
         axes.set(xlim=(-0.27, 0.27), ylim=(-0.02, 0.37), title=title)
         axes.set(xlabel="middle of the trunk x / m", ylabel="z / m")
         if locked:
-            line = corners(robot, stance(*PLACES["A"]))
+            line = corners(robot, stance(0.0, 0.22))
             axes.plot(*line.T, "o-", color="black", linewidth=2, markersize=4)
         for name, place in PLACES.items():
             axes.plot(*place, "x", color="black", markersize=7, markeredgewidth=2)
@@ -268,7 +268,7 @@ def main(path="robot.png", points=96):
     for axes, (name, place) in zip(panels[len(PANELS) :], PLACES.items(), strict=True):
         print(f"trunk at {name} = {place} m:")
         seen |= draw_armatures(axes, robot, stance(*place), points)
-        axes.set_title(f"torques, trunk at {name}")
+        axes.set_title(f"trunk at {name}: torques, armature and friction")
     handles = [
         Patch(facecolor=color, edgecolor="0.3", label=text)
         for key, (color, text) in AREAS.items()
