@@ -6,6 +6,7 @@ Both sides measure the angle of a link from its parent's, standfast counterclock
 
 import importlib.util
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,8 @@ import standfast as sf
 
 pin = pytest.importorskip("pinocchio")
 
-EXAMPLES = Path(__file__).parents[2] / "examples"
+ROOT = Path(__file__).parents[2]
+EXAMPLES = ROOT / "examples"
 
 
 def example(name):
@@ -272,3 +274,29 @@ def test_the_example_is_drawn(solo, tmp_path, capsys):
     lines = capsys.readouterr().out
     assert "armature 1.602467664252 kg m²: no-solution -> undecided" in lines
     assert "Solo 8, 2.178 kg" in lines
+
+
+def test_the_code_of_the_page_prints_what_it_says(monkeypatch, capsys):
+    page = (ROOT / "docs" / "mechanisms.md").read_text(encoding="utf-8")
+    blocks = re.findall(r"^```py\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
+    (block,) = blocks
+    monkeypatch.chdir(ROOT)
+    exec(block, {})
+    assert f"# {capsys.readouterr().out}" in block
+
+
+@pytest.mark.parametrize("order", ["urdf", "branches mixed"])
+def test_crba_needs_joints_branch_by_branch(order):
+    """As the page says: otherwise M is not that of the kinetic energy."""
+    parents = (0, 1, 1, 2) if order == "branches mixed" else (0, 1, 2, 1)
+    model = pin.Model()
+    for k, parent in enumerate(parents, start=1):
+        model.addJoint(parent, pin.JointModelRY(), shifted(1.0), f"joint {k}")
+        model.appendBodyToJoint(
+            k, pin.Inertia(1, np.array([0.5, 0, 0]), np.eye(3)), pin.SE3.Identity()
+        )
+    data, q, v = model.createData(), np.full(4, 0.3), np.arange(1.0, 5.0)
+    M = pin.crba(model, data, q)
+    energy = pin.computeKineticEnergy(model, model.createData(), q, v)
+    right = 0.5 * v @ M @ v == pytest.approx(energy, rel=CLOSE)
+    assert right == (order == "urdf")
