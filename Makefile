@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 PROFILE := --profile dist
 
-.PHONY: demo check test rust python long bits bench caps explorer site links gallery instructions maps sweeps chart growth atlas accuracy calls footprint fuzz mutate crate audit dist pythons version wheel clean
+.PHONY: demo check test rust python long bits bench caps explorer site links gallery instructions maps robot sweeps chart growth atlas accuracy calls footprint fuzz mutate crate audit dist pythons version wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -166,6 +166,12 @@ maps: wheel
 	$(BIN)/python examples/third_figure.py
 	$(BIN)/python examples/shape_chaos.py
 
+# Robots from URDF files through Pinocchio: the picture of the page of mechanisms, and the chains beside it.
+robot: EXTRA := test,robots
+robot: wheel
+	$(BIN)/python examples/robot.py docs/robot.png
+	$(BIN)/python -m pytest -q tests/mechanisms/test_robot.py
+
 # Seconds for a map of a million postures: one thread, all cores, and a Dask cluster of this machine.
 sweeps: EXTRA := test
 sweeps: wheel
@@ -240,4 +246,4 @@ $(BIN)/maturin:
 
 clean:
 	cargo clean
-	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis clattering_rod.png second_figure.png third_figure.png shape_chaos.png
+	rm -rf $(VENV) .mypy_cache .pytest_cache .ruff_cache .hypothesis clattering_rod.png second_figure.png third_figure.png shape_chaos.png robot.png
