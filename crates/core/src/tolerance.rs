@@ -113,9 +113,9 @@ pub(crate) const ASYMMETRY: f64 = 1e-12;
 /// The pivot of a coordinate without inertia of its own has a rounding error of a few ε. Range: 1e-15 to 1e-12.
 pub(crate) const INDEFINITE: f64 = 1e-14;
 
-/// Relative difference of the accelerations of contact points up to which they count as equal: those of a mechanism that falls freely. It decides
-/// about one error message only. Range: 1e-12 to 1e-6.
-pub(crate) const EQUAL_ACCELERATIONS: f64 = 1e-9;
+/// Relative difference up to which the accelerations of the contact points of a body that falls, or the masses of a base along its two
+/// coordinates, count as equal. It decides about one error message only. Range: 1e-12 to 1e-6.
+pub(crate) const ONE_SIZE: f64 = 1e-9;
 
 /// Deviation of rows, mass matrix and load from those of a rigid body up to which a mechanism counts as one. Unit: length of a row, mass, load.
 /// Libraries compute them with rounding errors of a few ε. A larger value would take a mechanism with a small other inertia for a body. Range:

@@ -11,6 +11,7 @@ use nalgebra::{DMatrix, DVector, Vector2};
 use random::Random;
 use standfast::body::{
     Base, Chain, ChainFields, Foot, GroundKind, HoldingTorques, Joint, JointKind, Link, Mechanism,
+    MechanismFields,
 };
 use standfast::{Contact, Posture, PostureFields};
 
@@ -677,4 +678,30 @@ fn chains_are_written_and_read() {
     let wrong = least.replace("0.1", "-0.1");
     let error = serde_json::from_str::<Chain>(&wrong).unwrap_err().to_string();
     assert!(error.starts_with("links.1.inertia = -0.1"), "{error}");
+}
+
+#[test]
+fn torques_that_lift_the_feet_are_no_wrong_sign() {
+    let mut fields = biped(Joint::torque(), [0.0; 2], 0.5);
+    fields.joints[0].torque = -40.0;
+    fields.joints[1].torque = 40.0;
+    let mechanism = chain(fields).mechanism(&[0.0, 0.0, 0.0, -0.5, 0.5]).unwrap();
+    let b = mechanism.contact_space().b();
+    assert!(b[1] > 0.0 && b[3] > 0.0, "{b}");
+    // The same with gravity upwards and the torques of the other sign: that is one.
+    let own = mechanism.fields();
+    let load = own.load.iter().map(|part| -part).collect();
+    let turned = MechanismFields { load, ..own.clone() };
+    assert!(Mechanism::new(turned.clone()).is_ok(), "it presses the feet down");
+    let rises = MechanismFields {
+        load: own
+            .load
+            .iter()
+            .enumerate()
+            .map(|(k, part)| if k < 3 { -part } else { 0.0 })
+            .collect(),
+        ..turned
+    };
+    let error = Mechanism::new(rises).unwrap_err().to_string();
+    assert!(error.contains("did you mean -load"), "{error}");
 }

@@ -9,7 +9,9 @@ use pyo3::types::PyDict;
 use standfast::State;
 use standfast::modes::{ContactProblem, MechanismProblem};
 use standfast::options::Jams;
-use standfast::stability::{StaticForces, Verdict};
+use standfast::stability::{
+    StaticForces, Verdict, holding_pairs, mechanism_forces, mechanism_pairs, mechanism_stability,
+};
 
 use crate::convert::word;
 use crate::error::to_py;
@@ -224,9 +226,12 @@ impl PyVerdict {
     /// each pair that can stay closed while all other contacts open. Empty for other bodies.
     #[getter]
     fn pairs(&self) -> PyResult<Vec<Self>> {
-        let Standing::Body(posture) = &self.on else { return Ok(Vec::new()) };
-        let found = standfast::stability::holding_pairs(&posture.0, self.verdict.jams)
-            .map_err(|e| to_py(&e))?;
+        let jams = self.verdict.jams;
+        let found = match &self.on {
+            Standing::Body(posture) => holding_pairs(&posture.0, jams),
+            Standing::Mechanism(mechanism) => mechanism_pairs(&mechanism.0, jams),
+        };
+        let found = found.map_err(|e| to_py(&e))?;
         Ok(found.into_iter().map(|verdict| Self { on: self.on.clone(), verdict }).collect())
     }
 
@@ -411,7 +416,7 @@ pub(crate) fn stability(
     let jams = jams.map_or(Ok(Jams::None), crate::options::jams)?;
     let found = match &posture {
         Standing::Body(posture) => standfast::stability::stability_with(&posture.0, jams),
-        Standing::Mechanism(of) => standfast::stability::mechanism_stability(&of.0, jams),
+        Standing::Mechanism(of) => mechanism_stability(&of.0, jams),
     };
     let mut verdict = found.map_err(|e| to_py(&e))?;
     if trials > 0 {
@@ -449,7 +454,7 @@ pub(crate) fn static_forces<'py>(
 ) -> PyResult<Option<Extremes<'py>>> {
     let found = match &posture {
         Standing::Body(posture) => standfast::stability::static_forces(&posture.0),
-        Standing::Mechanism(mechanism) => standfast::stability::mechanism_forces(&mechanism.0),
+        Standing::Mechanism(mechanism) => mechanism_forces(&mechanism.0),
     };
     let Some(StaticForces { low, high }) = found else { return Ok(None) };
     let array = |rows: Vec<[f64; 2]>| {

@@ -309,7 +309,7 @@ fn checked(mut fields: MechanismFields) -> Result<MechanismFields, Error> {
                     format!("mass_matrix.{i}.{j}"),
                     format!("{one:?}"),
                     format!(
-                        "{other:?}, which is mass_matrix.{j}.{i}, because the matrix is symmetric"
+                        "{other:?}, which is mass_matrix.{j}.{i}: a symmetric matrix is needed; if only one triangle is filled, add its mirror image"
                     ),
                 );
             }

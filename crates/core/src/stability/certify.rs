@@ -112,7 +112,7 @@ pub enum WhyUndecided {
     Cells,
     /// Three and more contacts: several pairs of contacts let the body descend, or the only one is undecided itself.
     Pairs,
-    /// Joints with torques leave more than three coordinates, for which no theorem proves stability.
+    /// More than three coordinates are free, as those of joints with torques: no theorem proves stability.
     Joints,
 }
 
@@ -173,7 +173,7 @@ impl WhyUndecided {
                 "the body descends on several pairs of contacts, or on one that is undecided itself"
             }
             Self::Joints => {
-                "joints with torques leave more than three coordinates, for which no theorem proves stability"
+                "more than three coordinates are free, as those of joints with torques: no theorem proves stability"
             }
         }
     }

@@ -26,7 +26,7 @@ use crate::stability::corner::CornerMap;
 use crate::stability::existence::{NoMotion, Standing};
 use crate::stability::static_forces::{StaticForces, extremes};
 use crate::stability::{
-    Argument, Evidence, Finding, NoBound, Stability, Verdict, WhyUndecided, judge,
+    Argument, Evidence, Finding, NoBound, Stability, Verdict, WhyUndecided, holding_pairs, judge,
 };
 use crate::tolerance::{DELICATE_MARGIN, RIGID_ROWS};
 use crate::verified::rows::{EnclosedRows, dot};
@@ -88,6 +88,37 @@ pub fn mechanism_stability(mechanism: &Mechanism, jams: Jams) -> Result<Verdict,
         verdict.decide_jointed(mechanism);
     }
     Ok(verdict)
+}
+
+/// The verdicts on pairs of contacts that can hold a rigid body alone, as [`holding_pairs`](crate::stability::holding_pairs); none for other
+/// mechanisms.
+///
+/// ```
+/// use standfast::body::Mechanism;
+/// use standfast::options::Jams;
+/// use standfast::stability::mechanism_pairs;
+/// use standfast::{Contact, Posture, PostureFields};
+///
+/// let foot = |x, slope| Contact { friction: 0.5, ..Contact::at(x, 0.0).on_slope(slope) };
+/// let posture = Posture::new(PostureFields {
+///     gyration_radius: 0.5,
+///     center_of_mass: [0.0, 0.5],
+///     contacts: vec![foot(-0.5, 0.1), foot(0.1, 0.0), foot(0.5, -0.2)],
+///     ..PostureFields::default()
+/// })?;
+/// let pairs = mechanism_pairs(&Mechanism::of_posture(&posture)?, Jams::None)?;
+/// assert_eq!(pairs.len(), 2);
+/// # Ok::<(), standfast::Error>(())
+/// ```
+///
+/// # Errors
+///
+/// As [`mechanism_stability`].
+pub fn mechanism_pairs(mechanism: &Mechanism, jams: Jams) -> Result<Vec<Verdict>, Error> {
+    let Some(body) = RigidBody::of(mechanism) else { return Ok(Vec::new()) };
+    let mut pairs = holding_pairs(&body.posture, jams)?;
+    pairs.iter_mut().for_each(|pair| body.translate(mechanism, pair));
+    Ok(pairs)
 }
 
 impl Verdict {

@@ -39,7 +39,7 @@ pub use corner::FlightsEnd;
 pub use existence::NoMotion;
 pub use fate::{Fate, FateKind};
 pub use feet::{PairVerdict, Ray, Well};
-pub use mechanism::{mechanism_forces, mechanism_stability};
+pub use mechanism::{mechanism_forces, mechanism_pairs, mechanism_stability};
 pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
 pub use region::equilibrium_region;
 pub use static_forces::{StaticForces, friction_margin, static_forces};
