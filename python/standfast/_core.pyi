@@ -1068,13 +1068,14 @@ class Robustness:
 class Sweep:
     def __new__(
         cls,
-        posture: Posture,
+        posture: Posture | Chain,
         over: Sequence[tuple[str, npt.ArrayLike]],
         quantities: Sequence[str],
         q: npt.ArrayLike | None = None,
         qdot: npt.ArrayLike | None = None,
         options: dict[str, Any] | None = None,
         jams: str | None = None,
+        hold: bool = False,
     ) -> Self: ...
     @property
     def size(self) -> int: ...

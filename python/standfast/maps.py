@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from standfast import _core
-from standfast._core import Posture, Sweep, write_whole
+from standfast._core import Chain, Posture, Sweep, write_whole
 from standfast.suggest import nearest, parameters
 from standfast.units import described
 
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
 
 #: Number of chunks of a grid, unless they would then have fewer than `SMALLEST` points.
 CHUNKS, SMALLEST = 128, 256
+
+#: The torques of a chain at each point of a grid.
+TORQUES = ("hold", "given")
 
 #: Length of a hash, in bytes.
 HASH = hashlib.sha256().digest_size
@@ -52,7 +55,7 @@ _Columns: TypeAlias = list[npt.NDArray[Any]]
 
 
 def sweep(
-    posture: Posture,
+    posture: Posture | Chain,
     over: Mapping[str, npt.ArrayLike],
     quantity: str | Sequence[str] = "stability",
     *,
@@ -64,9 +67,10 @@ def sweep(
     chunk: int | None = None,
     progress: bool | None = None,
     jams: str = "none",
+    torques: str | None = None,
     **options: Any,
 ) -> "xarray.Dataset":
-    """Quantities of a posture over a grid of its parameters, as an xarray.Dataset.
+    """Quantities of a posture, or of a chain, over a grid of its parameters, as an xarray.Dataset.
 
     over : a mapping from the path of each parameter to its values. Paths: mass, gyration_radius, gravity,
     restitution, friction (of all contacts), center_of_mass.x, center_of_mass.y; for contact 1 (2, …)
@@ -84,6 +88,12 @@ def sweep(
     call with the same arguments reads them and computes only the missing ones. chunk : number of points in a
     chunk. progress : whether a progress bar is shown; None shows it on a terminal if tqdm is installed. jams : "none" or
     "impact", as in `stability` and `simulate`.
+
+    A chain: q is its configuration (dof,), and the paths are gravity, restitution, friction (of all feet), armature (of all joints
+    with torques), base.angle; joint.1.angle, joint.1.torque, joint.1.armature; foot.1.slope, foot.1.friction, and so on for other joints and
+    feet. torques : "hold", each point has the least torques that hold the chain there (where there are none, it is unstable by
+    "not-equilibrium"); "given", those of its joints; None is "given" if a torque varies, and "hold" otherwise. "fate" and "zeno_time" are not
+    offered; a flag is False, and a number NaN, where the field of the Verdict is None.
 
     The result does not depend, to the bit, on threads, executor or chunks. Margins and "theorem_3" take
     microseconds a point. "stability", "by", "reason", "energy", "stays" and "delicate" may need the corner map, which takes longer;
@@ -124,7 +134,8 @@ def sweep(
         raise ValueError(
             f"quantity = {names!r} cannot be used: each name is allowed only once"
         )
-    question = Sweep(posture, axes, names, q, qdot, options or None, jams)
+    hold = held(posture, axes, torques)
+    question = Sweep(posture, axes, names, q, qdot, options or None, jams, hold)
     parts = _divided(question.size, chunk)
     answers = _answers(question, parts, threads, executor, cache)
     columns: list[list[npt.NDArray[Any]]] = [[] for _ in names]
@@ -135,6 +146,24 @@ def sweep(
         for column, values in zip(columns, found.pop(start), strict=True):
             column.append(values)
     return _dataset(posture, axes, names, question, columns)
+
+
+def held(
+    posture: object, axes: list[tuple[str, npt.NDArray[Any]]], torques: str | None
+) -> bool:
+    """Whether the joints have the torques that hold a chain at each point."""
+    if not (torques is None or (isinstance(torques, str) and torques in TORQUES)):
+        raise ValueError(
+            f"torques = {torques!r} cannot be used: None, 'hold' or 'given' is allowed"
+        )
+    if not isinstance(posture, Chain):
+        if torques is not None:
+            raise ValueError(
+                f"torques = {torques!r} cannot be used: only a Chain has torques"
+            )
+        return False
+    varies = any(path.endswith(".torque") for path, _ in axes)
+    return torques == "hold" or (torques is None and not varies)
 
 
 def xarray_or_not(what: str) -> Any:
@@ -254,7 +283,7 @@ class Kept:
     """
 
     def __init__(self, cache: Path, question: Sweep) -> None:
-        posture, over, names, q, qdot, options, jams = question.__reduce__()[1]
+        posture, over, names, q, qdot, options, jams, hold = question.__reduce__()[1]
         asked = {
             "standfast": _core.__version__,
             "build": _build(),
@@ -262,6 +291,7 @@ class Kept:
             "over": [(path, np.asarray(values).tolist()) for path, values in over],
             "quantity": names,
             "jams": jams,
+            "hold": hold,
             "q": None if q is None else np.asarray(q).tolist(),
             "qdot": None if qdot is None else np.asarray(qdot).tolist(),
             "options": None
@@ -430,7 +460,7 @@ def _flags(name: str, words: Sequence[str]) -> dict[str, Any]:
 
 
 def _dataset(
-    posture: Posture,
+    posture: Posture | Chain,
     axes: list[tuple[str, npt.NDArray[Any]]],
     names: list[str],
     question: Sweep,
@@ -442,6 +472,8 @@ def _dataset(
     for name, words, parts in zip(names, question.words, columns, strict=True):
         values = np.concatenate(parts).reshape(shape)
         about_it = attributes(name)
+        if name == "equilibrium_margin" and isinstance(posture, Chain):
+            about_it["units"] = "1"
         if words is not None or values.dtype == bool:
             del about_it["units"]
         if words is None:
@@ -454,7 +486,8 @@ def _dataset(
         path: (path, np.asarray(values, dtype=np.float64), attributes(path))
         for path, values in axes
     }
-    about = {"posture": repr(posture), "standfast": _core.__version__}
+    kind = "chain" if isinstance(posture, Chain) else "posture"
+    about = {kind: repr(posture), "standfast": _core.__version__}
     dataset: xarray.Dataset = xarray_or_not("sweep").Dataset(
         variables, coordinates, about
     )

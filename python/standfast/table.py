@@ -300,7 +300,9 @@ def _of_mechanism(verdict: sf.Verdict, mechanism: sf.Mechanism) -> list[str]:
         f"  equilibrium       {_yes(verdict.equilibrium)}",
     ]
     if not verdict.equilibrium:
-        lines[-1] += ": no contact forces balance the load; it contains the torques of the joints and minus the bias h"
+        lines[-1] += (
+            ": no contact forces balance the load; it contains the torques of the joints and minus the bias h"
+        )
     joints = sorted(set(range(BASE, mechanism.dof)) - set(mechanism.locked))
     if not joints or not verdict.equilibrium:
         return lines

@@ -15,6 +15,10 @@ UNITS = {
     "tangential_restitution": ("tangential restitution", ""),
     "slope": ("slope", "rad"),
     "radius": ("radius", "m"),
+    "angle": ("angle", "rad"),
+    "torque": ("torque", "N m"),
+    "armature": ("armature", "kg m²"),
+    "base.angle": ("angle of the base", "rad"),
     "center_of_mass.x": ("centre of mass x", "m"),
     "center_of_mass.y": ("centre of mass y", "m"),
     "point.x": ("x", "m"),
@@ -47,16 +51,21 @@ UNITS = {
 }
 
 
+#: What is counted in a path, in words.
+NUMBERED = {"contacts": "contact", "joint": "joint", "foot": "foot"}
+
+
 def described(name: str) -> tuple[str, str]:
     """The description of a path or a quantity, and its unit.
 
     >>> described("contacts.2.slope"), described("gyration_radius")
     (('contact 2 slope', 'rad'), ('radius of gyration', 'm'))
     """
-    if name.startswith("contacts."):
-        _, number, field = name.split(".", 2)
+    kind, *rest = name.split(".", 2)
+    if kind in NUMBERED:
+        number, field = rest
         text, unit = UNITS[field]
-        return f"contact {number} {text}", unit
+        return f"{NUMBERED[kind]} {number} {text}", unit
     return UNITS[name]
 
 

@@ -4,19 +4,24 @@
 //! posture with the parameters of this point, independently of all other points. So they depend neither on the number of threads nor on the
 //! division of the grid into ranges.
 
+mod parameters;
+
 use std::fmt;
 use std::ops::Range;
 
-use crate::body::posture::{Posture, PostureFields};
+use crate::body::posture::Posture;
 use crate::body::state::State;
+use crate::body::{Chain, ChainFields, Mechanism};
 use crate::error::Error;
 use crate::options::{Jams, Options};
 use crate::outcome::Outcome;
 use crate::simulate::Simulation;
 use crate::simulate::parallel::in_blocks;
 use crate::stability::{
-    Argument, Conditions, Equilibrium, Stability, WhyUndecided, conditions, judge,
+    Argument, Conditions, Equilibrium, Stability, Verdict, WhyUndecided, conditions, judge,
+    mechanism_stability,
 };
+use parameters::{Field, OfContact, Subject};
 
 /// Largest number of points of a grid: 0.8 GB for each quantity.
 pub const MOST_POINTS: usize = 100_000_000;
@@ -45,92 +50,6 @@ pub struct Axis {
     path: String,
     field: Field,
     values: Vec<f64>,
-}
-
-/// A number in [`PostureFields`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Field {
-    Mass,
-    GyrationRadius,
-    Gravity,
-    Restitution,
-    CenterOfMass(usize),
-    /// Of all contacts.
-    Friction,
-    Contact(usize, OfContact),
-}
-
-/// A number in a contact.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum OfContact {
-    Point(usize),
-    Slope,
-    Friction,
-    Restitution,
-    TangentialRestitution,
-    Radius,
-}
-
-const FIELDS: [(&str, Field); 7] = [
-    ("mass", Field::Mass),
-    ("gyration_radius", Field::GyrationRadius),
-    ("gravity", Field::Gravity),
-    ("restitution", Field::Restitution),
-    ("friction", Field::Friction),
-    ("center_of_mass.x", Field::CenterOfMass(0)),
-    ("center_of_mass.y", Field::CenterOfMass(1)),
-];
-
-const OF_CONTACT: [(&str, OfContact); 7] = [
-    ("point.x", OfContact::Point(0)),
-    ("point.y", OfContact::Point(1)),
-    ("slope", OfContact::Slope),
-    ("friction", OfContact::Friction),
-    ("restitution", OfContact::Restitution),
-    ("tangential_restitution", OfContact::TangentialRestitution),
-    ("radius", OfContact::Radius),
-];
-
-impl Field {
-    fn parse(path: &str, contacts: usize) -> Option<Self> {
-        if let Some((_, field)) = FIELDS.iter().find(|(name, _)| *name == path) {
-            return Some(*field);
-        }
-        let (number, rest) = path.strip_prefix("contacts.")?.split_once('.')?;
-        let index = (1..=contacts).position(|known| known.to_string() == number)?;
-        let (_, field) = OF_CONTACT.iter().find(|(name, _)| *name == rest)?;
-        Some(Self::Contact(index, *field))
-    }
-
-    fn set(self, fields: &mut PostureFields, value: f64) {
-        match self {
-            Self::Mass => fields.mass = value,
-            Self::GyrationRadius => fields.gyration_radius = value,
-            Self::Gravity => fields.gravity = value,
-            Self::Restitution => fields.restitution = value,
-            Self::CenterOfMass(k) => fields.center_of_mass[k] = value,
-            Self::Friction => fields.contacts.iter_mut().for_each(|c| c.friction = value),
-            Self::Contact(index, field) => {
-                let contact = &mut fields.contacts[index];
-                match field {
-                    OfContact::Point(k) => contact.point[k] = value,
-                    OfContact::Slope => contact.slope = value,
-                    OfContact::Friction => contact.friction = value,
-                    OfContact::Restitution => contact.restitution = Some(value),
-                    OfContact::TangentialRestitution => contact.tangential_restitution = value,
-                    OfContact::Radius => contact.radius = value,
-                }
-            }
-        }
-    }
-
-    /// Whether both parameters set the same number, so that one of them would have no effect.
-    fn clashes(self, other: Self) -> bool {
-        let of_contact = |field| matches!(field, Self::Contact(_, OfContact::Friction));
-        self == other
-            || self == Self::Friction && of_contact(other)
-            || other == Self::Friction && of_contact(self)
-    }
 }
 
 /// A quantity that is computed at each point.
@@ -310,6 +229,48 @@ impl Quantity {
     fn needs_run(self) -> bool {
         matches!(self, Self::Fate | Self::ZenoTime)
     }
+
+    /// Its value in a verdict.
+    fn of(self, verdict: &Verdict) -> f64 {
+        match self {
+            Self::Equilibrium => flag(verdict.equilibrium.holds),
+            Self::EquilibriumMargin => verdict.equilibrium.margin,
+            Self::Condition(field) => match (&verdict.conditions, self.kind()) {
+                (Some(found), _) => field.of(found),
+                (None, ValueKind::Number) => f64::NAN,
+                (None, _) => flag(false),
+            },
+            Self::Verdict(field) => field.of(verdict),
+            Self::Fate | Self::ZenoTime => f64::NAN,
+        }
+    }
+}
+
+/// The mechanism of a chain; `hold`: with the least torques that hold it, where there are any.
+fn standing(mut fields: ChainFields, q: &[f64], hold: bool) -> Result<Mechanism, Error> {
+    if hold {
+        let chain = Chain::new(fields.clone())?;
+        if let Some(held) = chain.holding_torques(q, None)? {
+            for (joint, torque) in held.joints.iter().zip(&held.torques) {
+                fields.joints[joint - 1].torque = *torque;
+            }
+        }
+    }
+    Chain::new(fields)?.mechanism(q)
+}
+
+impl OfVerdict {
+    fn of(self, verdict: &Verdict) -> f64 {
+        match self {
+            Self::Stability => code(&STABILITIES, &verdict.frictional_stability),
+            Self::Argument => code(&ARGUMENTS.map(Some), &verdict.by),
+            Self::Reason => code(&REASONS.map(Some), &verdict.reason()),
+            Self::Energy => flag(verdict.energy == Some(true)),
+            Self::Stays => flag(verdict.well.is_some()),
+            Self::Delicate => flag(verdict.delicate),
+            Self::Amplification => verdict.amplification.unwrap_or(f64::NAN),
+        }
+    }
 }
 
 fn flag(value: bool) -> f64 {
@@ -349,7 +310,7 @@ pub enum Column {
     },
 }
 
-/// Quantities of a posture over a grid of its parameters.
+/// Quantities of a posture, or of a chain, over a grid of its parameters.
 ///
 /// ```
 /// use standfast::{Lamina, Posture};
@@ -365,7 +326,7 @@ pub enum Column {
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sweep {
-    fields: PostureFields,
+    subject: Subject,
     axes: Vec<Axis>,
     quantities: Vec<Quantity>,
     run: Option<(State, Options)>,
@@ -389,23 +350,11 @@ pub struct Sweep {
 ///
 /// [`Error::Unusable`] if there is no such parameter; the errors of [`Posture::new`] for a value.
 pub fn replaced(posture: &Posture, values: &[(String, f64)]) -> Result<Posture, Error> {
-    let mut fields = posture.fields().clone();
-    if !fields.terrain.is_empty() {
-        off_the_terrain(&mut fields);
-    }
+    let mut subject = Subject::of(posture);
     for (path, value) in values {
-        let field = Field::parse(path, fields.contacts.len());
-        field.ok_or_else(|| unknown(path, &fields))?.set(&mut fields, *value);
+        subject.parameter(path)?.set(&mut subject, *value);
     }
-    Posture::new(fields)
-}
-
-/// Removes the slopes and segments of all contacts, so that they follow from the terrain again after a contact has been moved.
-fn off_the_terrain(fields: &mut PostureFields) {
-    for contact in &mut fields.contacts {
-        contact.slope = 0.0;
-        contact.segment = [f64::NEG_INFINITY, f64::INFINITY];
-    }
+    subject.posture()
 }
 
 impl Axis {
@@ -415,29 +364,48 @@ impl Axis {
     ///
     /// [`Error::Unusable`] if there is no such parameter, or no value; the errors of [`Posture::new`] for a value.
     pub fn new(path: &str, values: Vec<f64>, posture: &Posture) -> Result<Self, Error> {
-        let fields = posture.fields();
-        let field =
-            Field::parse(path, fields.contacts.len()).ok_or_else(|| unknown(path, fields))?;
-        if values.is_empty() {
-            return Err(unusable(path, "[]", "at least one value"));
-        }
-        if !fields.terrain.is_empty() && matches!(field, Field::Contact(_, OfContact::Slope)) {
+        let subject = Subject::Body(posture.fields().clone());
+        let axis = Self::of(path, values, &subject)?;
+        let on_terrain = !posture.fields().terrain.is_empty();
+        if on_terrain && matches!(axis.field, Field::Contact(_, OfContact::Slope)) {
             let allowed = "left out, because the terrain of the posture determines it";
             return Err(unusable(path, "[...]", allowed));
         }
-        // The allowed values are an interval, so its ends are checked. Over a terrain it depends on other parameters whether a point
-        // lies on it; this is checked later.
-        let ground = crate::body::GroundKind::Own;
-        let mut probe = PostureFields { terrain: Vec::new(), ground, ..fields.clone() };
+        axis.check(&subject)?;
+        Ok(axis)
+    }
+
+    /// The values of a parameter of a chain in the configuration `q`: `friction`, `armature`, `base.angle`, `joint.1.angle`,
+    /// `joint.1.torque`, `foot.1.slope`, ….
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] if there is no such parameter, or no value; the errors of [`Chain::new`] and [`Chain::mechanism`] for a value.
+    pub fn of_chain(path: &str, values: Vec<f64>, chain: &Chain, q: &[f64]) -> Result<Self, Error> {
+        chain.points(q)?;
+        let subject = Subject::Chain(chain.fields().clone(), q.to_vec(), false);
+        let axis = Self::of(path, values, &subject)?;
+        axis.check(&subject)?;
+        Ok(axis)
+    }
+
+    fn of(path: &str, values: Vec<f64>, subject: &Subject) -> Result<Self, Error> {
+        let field = subject.parameter(path)?;
+        if values.is_empty() {
+            return Err(unusable(path, "[]", "at least one value"));
+        }
+        Ok(Self { path: path.into(), field, values })
+    }
+
+    /// The allowed values are an interval, so its ends are checked.
+    fn check(&self, subject: &Subject) -> Result<(), Error> {
+        let values = &self.values;
         let ends = [
             values.iter().copied().fold(values[0], f64::min),
             values.iter().copied().fold(values[0], f64::max),
         ];
-        for value in values.iter().copied().find(|value| value.is_nan()).into_iter().chain(ends) {
-            field.set(&mut probe, value);
-            Posture::new(probe.clone())?;
-        }
-        Ok(Self { path: path.into(), field, values })
+        let undefined = values.iter().copied().find(|value| value.is_nan());
+        subject.check(self.field, undefined.into_iter().chain(ends))
     }
 
     /// The parameter.
@@ -457,16 +425,6 @@ fn unusable(field: &str, value: &str, allowed: &str) -> Error {
     Error::Unusable { field: field.into(), value: value.into(), allowed: allowed.into() }
 }
 
-fn unknown(path: &str, fields: &PostureFields) -> Error {
-    let own = OF_CONTACT.map(|(name, _)| format!("contacts.1.{name}")).join(", ");
-    let allowed = format!(
-        "the parameters are {}, {own}, contacts counting from 1 to {}",
-        FIELDS.map(|(name, _)| name).join(", "),
-        fields.contacts.len()
-    );
-    unusable("over", &format!("{path:?}"), &allowed)
-}
-
 impl Sweep {
     /// The `quantities` of `posture` over the grid of `axes`, the last one fastest.
     ///
@@ -479,6 +437,54 @@ impl Sweep {
         axes: Vec<Axis>,
         quantities: Vec<Quantity>,
     ) -> Result<Self, Error> {
+        Self::of(Subject::of(posture), axes, quantities)
+    }
+
+    /// As [`new`](Self::new), for a chain in the configuration `q`, without the parameters that vary. `hold`: the joints have the torques that
+    /// hold the chain, the least ones, as [`Chain::holding_torques`] gives them, instead of their own. A flag is no, and a number NaN, where the
+    /// verdict does not have it.
+    ///
+    /// ```
+    /// use standfast::body::{Chain, ChainFields, Foot, Joint, Link};
+    /// use standfast::sweep::{Axis, Column, Quantity, Sweep};
+    ///
+    /// let leg = Link::uniform(1.0, 1.0);
+    /// let hip = Joint { parent: Some(1), at: Some(0.0), ..Joint::locked() };
+    /// let biped = Chain::new(ChainFields {
+    ///     links: vec![Link { center: Some(0.0), ..Link::uniform(10.0, 1.0) }, leg, leg],
+    ///     joints: vec![hip, hip],
+    ///     feet: [2, 3].map(|link| Foot { friction: 0.8, ..Foot::of_link(link) }).to_vec(),
+    ///     ..ChainFields::default()
+    /// })?;
+    /// let q = [0.0, 0.0, -1.5, -0.5, 0.5];
+    /// let axis = Axis::of_chain("base.angle", vec![-1.6, -0.9], &biped, &q)?;
+    /// let sweep = Sweep::of_chain(&biped, &q, true, vec![axis], vec![Quantity::parse("equilibrium")?])?;
+    /// assert_eq!(sweep.run(0..2, 1, &|| false)?, Some(vec![Column::Flags(vec![true, false])]));
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    ///
+    /// As [`new`](Self::new); where `hold` is true and an axis is the torque of a joint; and quantities that need a start.
+    pub fn of_chain(
+        chain: &Chain,
+        q: &[f64],
+        hold: bool,
+        axes: Vec<Axis>,
+        quantities: Vec<Quantity>,
+    ) -> Result<Self, Error> {
+        if let Some(axis) = axes.iter().find(|axis| hold && axis.field.is_torque()) {
+            let allowed = "a parameter that is no torque, because all joints have the torques that hold the chain";
+            return Err(unusable("over", &format!("{:?}", axis.path), allowed));
+        }
+        if quantities.iter().any(|quantity| quantity.needs_run()) {
+            let allowed = "a quantity of a verdict: a chain is moved to other configurations, and its runs start in one of them";
+            return Err(unusable("quantity", "fate or zeno_time", allowed));
+        }
+        Self::of(Subject::Chain(chain.fields().clone(), q.to_vec(), hold), axes, quantities)
+    }
+
+    fn of(subject: Subject, axes: Vec<Axis>, quantities: Vec<Quantity>) -> Result<Self, Error> {
         if axes.is_empty() {
             return Err(unusable("over", "{}", "at least one parameter with its values"));
         }
@@ -493,11 +499,7 @@ impl Sweep {
         }
         let lengths: Vec<usize> = axes.iter().map(|axis| axis.values.len()).collect();
         let size = grid_size(&lengths)?;
-        let mut fields = posture.fields().clone();
-        if !fields.terrain.is_empty() {
-            off_the_terrain(&mut fields);
-        }
-        Ok(Self { fields, axes, quantities, run: None, jams: Jams::None, size })
+        Ok(Self { subject, axes, quantities, run: None, jams: Jams::None, size })
     }
 
     /// The start and the options of the runs that [`Quantity::Fate`] and [`Quantity::ZenoTime`] need; nothing of them is
@@ -539,13 +541,13 @@ impl Sweep {
         self.size
     }
 
-    /// The posture of a point.
-    fn posture(&self, point: usize) -> Result<Posture, Error> {
-        let mut fields = self.fields.clone();
+    /// The posture or the chain of a point.
+    fn subject(&self, point: usize) -> Subject {
+        let mut subject = self.subject.clone();
         for (axis, value) in self.parameters(point) {
-            axis.field.set(&mut fields, value);
+            axis.field.set(&mut subject, value);
         }
-        Posture::new(fields)
+        subject
     }
 
     /// The parameters of a point, the last axis first.
@@ -565,7 +567,16 @@ impl Sweep {
         row: &mut [f64],
         stop: &dyn Fn() -> bool,
     ) -> Result<bool, Error> {
-        let posture = self.posture(point)?;
+        let posture = match self.subject(point) {
+            Subject::Body(fields) => Posture::new(fields)?,
+            Subject::Chain(fields, q, hold) => {
+                let verdict = mechanism_stability(&standing(fields, &q, hold)?, self.jams)?;
+                for (value, quantity) in row.iter_mut().zip(&self.quantities) {
+                    *value = quantity.of(&verdict);
+                }
+                return Ok(true);
+            }
+        };
         let asks = |test: &dyn Fn(&Quantity) -> bool| self.quantities.iter().any(test);
         let verdict = if asks(&|q| matches!(q, Quantity::Verdict(_))) {
             let bound = asks(&|q| matches!(q, Quantity::Verdict(OfVerdict::Amplification)));
@@ -604,15 +615,7 @@ impl Sweep {
                     equilibrium.map_or(f64::NAN, |found| found.margin)
                 }
                 (Quantity::Condition(field), Some(found), _, _) => field.of(found),
-                (Quantity::Verdict(field), _, Some(verdict), _) => match field {
-                    OfVerdict::Stability => code(&STABILITIES, &verdict.frictional_stability),
-                    OfVerdict::Argument => code(&ARGUMENTS.map(Some), &verdict.by),
-                    OfVerdict::Reason => code(&REASONS.map(Some), &verdict.reason()),
-                    OfVerdict::Energy => flag(verdict.energy == Some(true)),
-                    OfVerdict::Stays => flag(verdict.well.is_some()),
-                    OfVerdict::Delicate => flag(verdict.delicate),
-                    OfVerdict::Amplification => verdict.amplification.unwrap_or(f64::NAN),
-                },
+                (Quantity::Verdict(field), _, Some(verdict), _) => field.of(verdict),
                 (Quantity::Fate, _, _, Some(run)) => code(&OUTCOMES, &run.outcome()),
                 (Quantity::ZenoTime, _, _, Some(run)) => {
                     run.zeno_points().first().map_or(f64::NAN, |point| point.time)

@@ -268,7 +268,7 @@ type LinksAndFeet<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64
 /// (5, 4)
 #[pyclass(frozen, eq, name = "Chain", module = "standfast")]
 #[derive(Clone, PartialEq)]
-pub(crate) struct PyChain(Chain);
+pub(crate) struct PyChain(pub(crate) Chain);
 
 #[pymethods]
 impl PyChain {

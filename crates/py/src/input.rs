@@ -563,6 +563,12 @@ pub(crate) fn incomplete_start() -> PyErr {
     to_py(&Error::Unusable { field: "q, qdot".into(), value: "only one of them".into(), allowed })
 }
 
+/// The error for a sweep of a chain without a configuration.
+pub(crate) fn no_configuration() -> PyErr {
+    let allowed = "the configuration of the chain: a value for each coordinate".into();
+    to_py(&Error::Unusable { field: "q".into(), value: "None".into(), allowed })
+}
+
 /// The error for a start that is missing or not used.
 pub(crate) fn start_or_not(needed: bool) -> PyErr {
     let (value, allowed) = if needed {

@@ -1,12 +1,13 @@
 //! Sweeps over grids of parameters: ranges of points as arrays.
 
-use numpy::IntoPyArray;
+use numpy::{IntoPyArray, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 use standfast::options::Jams;
 use standfast::sweep::{Axis, Column, Quantity, Sweep, ValueKind, grid_size};
-use standfast::{Options, State};
+use standfast::{Error, Options, State};
 
+use crate::chain::PyChain;
 use crate::convert::{vector, word};
 use crate::error::to_py;
 use crate::input;
@@ -14,7 +15,30 @@ use crate::interrupt::interruptible;
 use crate::options::{get, set};
 use crate::posture::{PyPosture, posture};
 
-/// The computation of `standfast.sweep`: quantities of a posture over a grid of its parameters.
+/// What has the parameters; a chain with its configuration, and whether its torques hold it.
+enum Subject {
+    Body(PyPosture),
+    Chain(PyChain, Vec<f64>, bool),
+}
+
+impl Subject {
+    fn axis(&self, path: &str, values: Vec<f64>) -> Result<Axis, Error> {
+        match self {
+            Self::Body(of) => Axis::new(path, values, &of.0),
+            Self::Chain(of, q, _) => Axis::of_chain(path, values, &of.0, q),
+        }
+    }
+
+    fn sweep(&self, axes: Vec<Axis>, asked: Vec<Quantity>) -> Result<Sweep, Error> {
+        match self {
+            Self::Body(of) => Sweep::new(&of.0, axes, asked),
+            Self::Chain(of, q, hold) => Sweep::of_chain(&of.0, q, *hold, axes, asked),
+        }
+    }
+}
+
+/// The computation of `standfast.sweep`: quantities of a posture over a grid of its parameters, or of a chain in the configuration q; hold : its
+/// joints have the torques that hold it.
 ///
 /// over : pairs (path, values); the last one varies fastest. quantities : their names. q, qdot, options : start and options of
 /// the runs for "fate" and "zeno_time".
@@ -27,7 +51,7 @@ use crate::posture::{PyPosture, posture};
 /// [array([ True, False])]
 #[pyclass(frozen, name = "Sweep", module = "standfast._core")]
 pub(crate) struct PySweep {
-    posture: PyPosture,
+    of: Subject,
     axes: Vec<Axis>,
     names: Vec<String>,
     quantities: Vec<Quantity>,
@@ -39,31 +63,39 @@ pub(crate) struct PySweep {
 #[pymethods]
 impl PySweep {
     #[new]
-    #[pyo3(signature = (posture, over, quantities, q=None, qdot=None, options=None, jams=None))]
+    #[pyo3(signature = (posture, over, quantities, q=None, qdot=None, options=None, jams=None, hold=false))]
+    #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
     fn new(
-        #[pyo3(from_py_with = posture)] posture: PyPosture,
+        posture: &Bound<'_, PyAny>,
         over: Vec<(String, Bound<'_, PyAny>)>,
         quantities: Vec<String>,
         q: Option<&Bound<'_, PyAny>>,
         qdot: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
         jams: Option<&Bound<'_, PyAny>>,
+        hold: bool,
     ) -> PyResult<Self> {
         let jams = jams.map_or(Ok(Jams::None), crate::options::jams)?;
-        let posture = posture.clone();
+        let of = match posture.cast::<PyChain>() {
+            Ok(chain) => {
+                let Some(q) = q else { return Err(input::no_configuration()) };
+                Subject::Chain(chain.get().clone(), input::coordinates(q)?, hold)
+            }
+            Err(_) => Subject::Body(self::posture(posture)?),
+        };
+        let q = if matches!(of, Subject::Body(_)) { q } else { None };
         // Checked before any values are copied.
         let lengths: Vec<usize> =
             over.iter().map(|(_, values)| values.len().unwrap_or(1)).collect();
         grid_size(&lengths).map_err(|e| to_py(&e))?;
         let axes = over.iter().map(|(path, values)| {
             let values = input::series(path, values)?;
-            Axis::new(path, values, &posture.0).map_err(|e| to_py(&e))
+            of.axis(path, values).map_err(|e| to_py(&e))
         });
         let axes = axes.collect::<PyResult<Vec<_>>>()?;
         let parsed = quantities.iter().map(|name| Quantity::parse(name).map_err(|e| to_py(&e)));
         let asked = parsed.collect::<PyResult<Vec<_>>>()?;
-        let mut sweep =
-            Sweep::new(&posture.0, axes.clone(), asked.clone()).map_err(|e| to_py(&e))?;
+        let mut sweep = of.sweep(axes.clone(), asked.clone()).map_err(|e| to_py(&e))?;
         let mut chosen = Options::default();
         let given = match (q, qdot, options) {
             (Some(q), Some(qdot), options) => {
@@ -82,7 +114,7 @@ impl PySweep {
             sweep = sweep.from_start(state, options).map_err(|e| to_py(&e))?;
         }
         sweep = sweep.with_jams(jams);
-        Ok(Self { jams, posture, axes, names: quantities, quantities: asked, start: given, sweep })
+        Ok(Self { jams, of, axes, names: quantities, quantities: asked, start: given, sweep })
     }
 
     /// Number of points.
@@ -141,13 +173,19 @@ impl PySweep {
             .collect();
         let (mut q, mut qdot, mut options) = (None, None, None);
         if let Some((state, chosen)) = &self.start {
-            (q, qdot) = (Some(vector(py, &state.q)), Some(vector(py, &state.qdot)));
+            q = Some(vector(py, &state.q).into_any());
+            qdot = Some(vector(py, &state.qdot));
             options = Some(get(py, chosen)?);
         }
-        let posture = self.posture.clone();
-        let jams = word(&self.jams);
-        let arguments =
-            (posture, over, self.names.clone(), q, qdot, options, jams).into_pyobject(py)?;
+        let (of, hold) = match &self.of {
+            Subject::Body(posture) => (posture.clone().into_pyobject(py)?.into_any(), false),
+            Subject::Chain(chain, configuration, hold) => {
+                q = Some(configuration.to_pyarray(py).into_any());
+                (chain.clone().into_pyobject(py)?.into_any(), *hold)
+            }
+        };
+        let (names, jams) = (self.names.clone(), word(&self.jams));
+        let arguments = (of, over, names, q, qdot, options, jams, hold).into_pyobject(py)?;
         Ok((py.get_type::<Self>().into_any(), arguments))
     }
 }

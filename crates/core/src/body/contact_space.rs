@@ -16,7 +16,6 @@ use nalgebra::{DMatrix, DVector};
 use crate::body::mechanism::MechanismFields;
 use crate::error::Error;
 use crate::math::mass_vector::{Coordinates, MassVector, independent};
-use crate::math::simplex::maximise;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::tolerance::{DEPENDENT_ROW, INDEFINITE, ONE_SIZE};
 
