@@ -165,7 +165,7 @@ def thresholds(of, lowest=1e-5, highest=1e3):
 def biped():
     """A trunk and two straight legs."""
     return Robot(
-        FOLDER / "biped.urdf",
+        FOLDER / "mechanisms" / "biped.urdf",
         [["left_hip"], ["right_hip"]],
         [["left_foot"], ["right_foot"]],
     )

@@ -25,7 +25,7 @@ from cyclopts import (
 )
 
 import standfast as sf
-from standfast._core import write_whole
+from standfast._core import load_any, write_whole
 from standfast.animation import NEEDS, SUFFIXES
 from standfast.report import account
 from standfast.table import map_table
@@ -142,7 +142,7 @@ def run(
     _drawable(plot, scene)
     if json is not None and plot is not None and json.resolve() == plot.resolve():
         raise ValueError(f"--plot {plot}: is also the file of --json")
-    loaded = sf.load(scene)
+    loaded = load_any(scene)
     with _of(scene):
         result = loaded.simulate(**({} if plot is None else {"record": True}))
     _tell(result, account(result, scene.name), json)
@@ -249,7 +249,7 @@ def modes(
     *,
     json: Annotated[Path | None, _JSON] = None,
 ) -> None:
-    """Print the contact modes that Coulomb's law allows at the start of a scene, before kicks.
+    """Print the contact modes that Coulomb's law allows at the start of a scene, before kicks; of a mechanism, at rest in its posture.
 
     Parameters
     ----------
@@ -260,7 +260,12 @@ def modes(
         and the report to standard error.
     """
     _writable(json, "--json", scene)
-    start = sf.load(scene)
+    start = load_any(scene)
+    if isinstance(start, sf.MechanismScene):
+        with _of(scene):
+            at_rest = sf.contact_modes(start.mechanism)
+        _tell(at_rest, f"{scene.name}\n{at_rest}", json)
+        return
     asked = (start.posture, start.q, start.qdot)
     with _of(scene):
         found = sf.contact_modes(*asked, wrench=start.wrench)
@@ -305,10 +310,12 @@ def stability(
         and json.resolve() == certificate.resolve()
     ):
         raise ValueError(f"--certificate {certificate}: is also the file of --json")
-    loaded = sf.load(scene)
+    loaded = load_any(scene)
     with _of(scene):
         verdict = sf.stability(
-            loaded.posture,
+            loaded.mechanism
+            if isinstance(loaded, sf.MechanismScene)
+            else loaded.posture,
             jams=cast(Any, jams or loaded.options["jams"]),
             trials=trials,
             seed=seed,

@@ -2,10 +2,12 @@
 
 import json
 import pickle
+from pathlib import Path
 
 import numpy as np
 import pytest
 import standfast as sf
+from standfast.cli import main
 from standfast.report import account
 
 ROD = sf.Posture.rod(
@@ -164,3 +166,71 @@ def test_wrong_questions_name_the_field():
     ):
         with pytest.raises(TypeError, match=message):
             call()
+
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "mechanisms" / "biped.toml"
+
+
+def test_a_scene_file_of_a_mechanism(tmp_path):
+    scene = sf.MechanismScene.load(EXAMPLE)
+    assert (scene.mechanism.dof, scene.options["impact"]) == (5, "poisson")
+    for name in ("scene.toml", "scene.json"):
+        scene.save(tmp_path / name)
+        assert sf.MechanismScene.load(tmp_path / name) == scene
+    assert pickle.loads(pickle.dumps(scene)) == scene
+    run = scene.simulate()
+    again = sf.simulate(scene.mechanism, scene.q, scene.qdot, impact="poisson")
+    assert run.outcome == "rest"
+    assert run.to_dict() == again.to_dict()
+    chain = sf.Chain(
+        links=[sf.Link(10, 0.4, 1, center=0), *[sf.Link(1, 1 / 12, 1)] * 2],
+        joints=[sf.Joint("torque", parent=1, at=0, angle=-np.pi / 2)] * 2,
+        feet=[
+            sf.Foot(2, slope=0.3, friction=0.6),
+            sf.Foot(3, slope=-0.25, friction=0.6),
+        ],
+    )
+    q = [0, 0, 0.1, -0.5, 0.6]
+    made = chain.mechanism(q)
+    assert made.mass_matrix == pytest.approx(scene.mechanism.mass_matrix, abs=1e-12)
+    torques = scene.mechanism.load - made.load
+    expected = [0, 0, 0, *chain.holding_torques(q).torques]
+    assert torques == pytest.approx(expected, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("load = [0.0", "load = [nan", r"line 5, column 9: load\.1 = NaN"),
+        ("load = [0.0, ", "load = [", "mass_matrix = .*the load has 4 coordinates"),
+        ("friction = 0.6", "friction = -1", r"contact\.1\.friction = -1"),
+        ("friction = 0.6", "frict = 1", r"contact\.1\.frict: unknown field"),
+        ("q = [0.0, ", "q = [", r"start\.q = .* each of the 5 coordinates"),
+        ("[run]", "[[kick]]", "kick"),
+        ("12.0, 0.0, 0.84", "12.0, 1.0, 0.84", r"mass_matrix\.2\.1 .* symmetric"),
+    ],
+)
+def test_wrong_scene_files_name_line_and_field(tmp_path, old, new, message):
+    text = EXAMPLE.read_text()
+    assert old in text
+    path = tmp_path / "scene.toml"
+    path.write_text(text.replace(old, new, 1))
+    with pytest.raises(ValueError, match=message):
+        sf.MechanismScene.load(path)
+
+
+def test_a_scene_of_a_mechanism_is_none_of_a_body():
+    with pytest.raises(ValueError, match="of a body, and this is one of a mechanism"):
+        sf.load(EXAMPLE)
+
+
+@pytest.mark.parametrize("command", ["run", "modes", "stability"])
+def test_commands_read_mechanisms(command, capsys):
+    assert main([command, str(EXAMPLE)]) == 0
+    out = capsys.readouterr().out
+    expected = {
+        "run": "mechanism   5 coordinates, 2 contacts",
+        "modes": "acceleration of q",
+        "stability": "joints            with coordinates 3 and 4 locked: stable",
+    }
+    assert expected[command] in out

@@ -50,7 +50,7 @@
 //! | the kicks that a posture withstands | [`robustness`](robustness()) |
 //! | many runs | [`simulate_many`]; [`simulate_many_until`](simulate::simulate_many_until) with a number of threads, or to stop them |
 //! | a map over parameters | [`Sweep`](sweep::Sweep) |
-//! | files | [`Scene::load`], [`Scene::save`], [`Trajectory::save`], [`Verdict::save`](stability::Verdict::save) |
+//! | files | [`Scene::load`], [`AnyScene::load`](mechanism_scene::AnyScene::load), [`Scene::save`], [`Trajectory::save`], [`Verdict::save`](stability::Verdict::save) |
 //!
 //! # Rust version, features, speed
 //!
@@ -96,6 +96,7 @@ pub mod stability;
 pub mod robustness;
 pub mod sweep;
 mod scene;
+pub mod mechanism_scene;
 pub mod ask;
 
 pub use ask::ask;

@@ -149,8 +149,7 @@ impl Scene {
     ///
     /// [`Error::File`] with line and column, or the error of the values.
     pub fn from_json(text: &str) -> Result<Self, Error> {
-        // Some editors begin a text with a byte-order mark; TOML has rules for it.
-        Self::read(Format::Json, text.strip_prefix('\u{feff}').unwrap_or(text))
+        Self::read(Format::Json, text)
     }
 
     /// Reads a scene file; a name that ends in `.json` is JSON, any other TOML.
@@ -160,31 +159,15 @@ impl Scene {
     /// [`Error::Io`] if it cannot be read; [`Error::File`] if it is not a regular file, is empty or larger than 1 MiB, is not a text
     /// or does not hold a scene. The error names the kind of a file that is a result, a map, a picture or a schema.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
-        let path = path.as_ref();
-        let name = quoted(path);
-        let problem = |problem: String| Error::File { path: name.clone(), problem, error: None };
-        let bytes = read_whole(path, "scene file", Some(LARGEST_FILE))?;
-        let other = other_kind(&bytes);
-        let other = other.map(|kind| problem(format!("is {kind}, not a scene file")));
-        if bytes.len() as u64 > LARGEST_FILE {
-            let large = "is larger than 1 MiB, the most a scene file may have";
-            return Err(other.unwrap_or_else(|| problem(large.into())));
-        }
-        let text = match std::str::from_utf8(&bytes) {
-            Ok(text) => text,
-            Err(e) => {
-                let no_text = || problem(format!("is no UTF-8 text: {e}"));
-                return Err(other.unwrap_or_else(no_text));
+        load_as(path.as_ref(), |format, text| {
+            if format.has(text, "mass_matrix") {
+                let field = "mass_matrix".into();
+                let (value, allowed) =
+                    ("a matrix", "a scene of a body, and this is one of a mechanism");
+                let error = Error::Unusable { field, value: value.into(), allowed: allowed.into() };
+                return Err(format.placed(text, error));
             }
-        };
-        let (scene, read_as) = match path.extension() {
-            _ if is_json(path) => (Self::from_json(text), ""),
-            Some(name) if name.eq_ignore_ascii_case("toml") => (Self::from_toml(text), ""),
-            _ => (Self::from_toml(text), "read as TOML, "),
-        };
-        scene.map_err(|e| match e {
-            _ if other.is_some() => other.unwrap_or(e),
-            e => in_file(path, read_as, e),
+            Self::read(format, text)
         })
     }
 
@@ -250,7 +233,7 @@ impl Scene {
         Simulation { excitation, ..Simulation::new(posture, *start, *options) }
     }
 
-    fn read(format: Format, text: &str) -> Result<Self, Error> {
+    pub(crate) fn read(format: Format, text: &str) -> Result<Self, Error> {
         Self::of_file(format.read(text)?).map_err(|error| format.placed(text, error))
     }
 
@@ -312,6 +295,38 @@ impl<'de> Deserialize<'de> for Scene {
     }
 }
 
+/// Reads a scene file with this reader.
+pub(crate) fn load_as<T>(
+    path: &Path,
+    read: impl FnOnce(Format, &str) -> Result<T, Error>,
+) -> Result<T, Error> {
+    let name = quoted(path);
+    let problem = |problem: String| Error::File { path: name.clone(), problem, error: None };
+    let bytes = read_whole(path, "scene file", Some(LARGEST_FILE))?;
+    let other = other_kind(&bytes);
+    let other = other.map(|kind| problem(format!("is {kind}, not a scene file")));
+    if bytes.len() as u64 > LARGEST_FILE {
+        let large = "is larger than 1 MiB, the most a scene file may have";
+        return Err(other.unwrap_or_else(|| problem(large.into())));
+    }
+    let text = match std::str::from_utf8(&bytes) {
+        Ok(text) => text,
+        Err(e) => {
+            let no_text = || problem(format!("is no UTF-8 text: {e}"));
+            return Err(other.unwrap_or_else(no_text));
+        }
+    };
+    let (format, read_as) = match path.extension() {
+        _ if is_json(path) => (Format::Json, ""),
+        Some(name) if name.eq_ignore_ascii_case("toml") => (Format::Toml, ""),
+        _ => (Format::Toml, "read as TOML, "),
+    };
+    read(format, text).map_err(|e| match e {
+        _ if other.is_some() => other.unwrap_or(e),
+        e => in_file(path, read_as, e),
+    })
+}
+
 /// A field of an excitation as the file names it.
 fn of_excitation(field: &str) -> String {
     match field.strip_prefix("kicks.") {
@@ -349,7 +364,7 @@ fn other_kind(bytes: &[u8]) -> Option<&'static str> {
     kinds.into_iter().find(|(mark, _)| text.contains(mark)).map(|(_, kind)| kind)
 }
 
-fn is_json(path: &Path) -> bool {
+pub(crate) fn is_json(path: &Path) -> bool {
     path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"))
 }
 

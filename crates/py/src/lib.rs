@@ -19,6 +19,7 @@ mod run;
 mod reduced;
 mod local_model;
 mod batch;
+mod mechanism_scene;
 mod scene;
 mod stability;
 mod robustness;
@@ -48,6 +49,8 @@ mod _core {
     #[pymodule_export]
     use crate::mechanism::{PyContactRows, PyContactSpace, PyMechanism};
     #[pymodule_export]
+    use crate::mechanism_scene::PyMechanismScene;
+    #[pymodule_export]
     use crate::modes::{
         PyContactMode, PyContactProblem, PyMechanismProblem, PyModes, contact_modes,
     };
@@ -63,7 +66,7 @@ mod _core {
     #[pymodule_export]
     use crate::run::{PyPhase, PyRun, PyRunContact, PyZenoPoint};
     #[pymodule_export]
-    use crate::scene::{PyScene, load, schema};
+    use crate::scene::{PyScene, load, load_any, schema};
     #[pymodule_export]
     use crate::stability::{
         PyVerdict, equilibrium_region, friction_margin, stability, static_forces,

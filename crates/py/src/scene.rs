@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use standfast::excitation::{Excitation, GroundMotion, Kick};
+use standfast::mechanism_scene::AnyScene;
 use standfast::{Options, Scene, Simulation, State};
 
 use crate::convert::{float, vector};
 use crate::error::to_py;
 use crate::excitation::{PyGroundMotion, PyKick};
 use crate::input;
+use crate::mechanism_scene::PyMechanismScene;
 use crate::options::{get, set};
 use crate::posture::{PyPosture, posture};
 use crate::run::{PyRun, interruptible_run};
@@ -161,7 +163,7 @@ impl PyScene {
     }
 }
 
-/// Reads a scene file: JSON if its name ends in .json, else TOML. At most 1 MiB.
+/// Reads a scene file: JSON if its name ends in .json, else TOML. At most 1 MiB. `MechanismScene.load` reads those of mechanisms.
 ///
 /// Raises OSError if the file cannot be read, and ValueError naming the file, the place and the error. If the file is not a scene but a
 /// result, a map, a picture or the schema, the error names this kind.
@@ -170,7 +172,24 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<PyScene> {
     py.detach(|| Scene::load(path)).map(PyScene).map_err(|e| to_py(&e))
 }
 
-/// JSON Schema of scene files, as text.
+/// As `load`, for bodies and mechanisms: a MechanismScene if the file has a mass_matrix, else a Scene.
+#[pyfunction]
+pub(crate) fn load_any(py: Python<'_>, path: PathBuf) -> PyResult<Loaded> {
+    let found = py.detach(|| AnyScene::load(path)).map_err(|e| to_py(&e))?;
+    Ok(match found {
+        AnyScene::Body(scene) => Loaded::Body(PyScene(scene)),
+        AnyScene::Mechanism(scene) => Loaded::Mechanism(PyMechanismScene(scene)),
+    })
+}
+
+/// What a scene file has.
+#[derive(IntoPyObject)]
+pub(crate) enum Loaded {
+    Body(PyScene),
+    Mechanism(PyMechanismScene),
+}
+
+/// JSON Schema of the scene files of bodies, as text.
 #[pyfunction]
 pub(crate) fn schema() -> String {
     Scene::schema()

@@ -309,7 +309,7 @@ fn checked(mut fields: MechanismFields) -> Result<MechanismFields, Error> {
                     format!("mass_matrix.{i}.{j}"),
                     format!("{one:?}"),
                     format!(
-                        "{other:?}, which is mass_matrix.{j}.{i}: a symmetric matrix is needed; if only one triangle is filled, add its mirror image"
+                        "{other:?}, its mirror image: a symmetric matrix is needed; if only one triangle is filled, add the other one"
                     ),
                 );
             }

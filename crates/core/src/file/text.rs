@@ -24,7 +24,24 @@ impl Format {
     pub(crate) fn read<T: DeserializeOwned>(self, text: &str) -> Result<T, Error> {
         match self {
             Self::Toml => of_toml(text),
-            Self::Json => of_json(text),
+            Self::Json => of_json(self.begun(text)),
+        }
+    }
+
+    /// Whether the table of a text has this key.
+    pub(crate) fn has(self, text: &str, key: &str) -> bool {
+        match self {
+            Self::Toml => DeTable::parse(text).is_ok_and(|table| table.get_ref().contains_key(key)),
+            Self::Json => serde_json::from_str::<BTreeMap<String, &RawValue>>(self.begun(text))
+                .is_ok_and(|table| table.contains_key(key)),
+        }
+    }
+
+    /// The text after the byte-order mark with which some editors begin it; TOML has rules for it.
+    fn begun(self, text: &str) -> &str {
+        match self {
+            Self::Toml => text,
+            Self::Json => text.strip_prefix('\u{feff}').unwrap_or(text),
         }
     }
 
@@ -33,6 +50,7 @@ impl Format {
         let (Error::OutOfRange { field, .. } | Error::Unusable { field, .. }) = &error else {
             return error;
         };
+        let text = self.begun(text);
         let start = match self {
             Self::Toml => toml_start(text, field),
             Self::Json => json_start(text, field),
