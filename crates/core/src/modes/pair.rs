@@ -589,6 +589,7 @@ impl Squeeze {
     }
 
     /// The same without arms.
+    #[cold]
     #[inline(never)]
     fn of_rows(rows: [&Row; 2], rest: Vector3<f64>) -> Self {
         const OTHERS: [[usize; 3]; 4] = [[1, 2, 3], [0, 2, 3], [0, 1, 3], [0, 1, 2]];
