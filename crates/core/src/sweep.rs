@@ -61,7 +61,7 @@ pub enum Quantity {
     EquilibriumMargin,
     /// A field of [`Conditions`], or [`Conditions::theorem_3`].
     Condition(OfConditions),
-    /// A field of [`Verdict`](crate::stability::Verdict) that takes the whole of [`stability`](crate::stability()).
+    /// A field of [`Verdict`] that takes the whole of [`stability`](crate::stability()).
     Verdict(OfVerdict),
     /// The outcome of a run from the given start.
     Fate,
