@@ -28,6 +28,7 @@ COLORS = {
     "flight": "#0072B2",
     "cells": "#56B4E9",
     "pairs": "#F0E442",
+    "joints": "#E69F00",
     "degenerate": "#004C78",
     "decided": "#D9D9D9",
     "time-limit": "#D9D9D9",

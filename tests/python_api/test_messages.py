@@ -167,7 +167,7 @@ IN_PYTHON = [
     (lambda: sf.Contact((0, 0, 0)), ValueError, "point = (0, 0, 0) cannot be used: 2 numbers are needed, not 3"),
     (lambda: body().local(q=None), TypeError, "q = None cannot be used: 3 numbers are needed"),
     # Runs.
-    (lambda: sf.simulate(None, **START), TypeError, "posture = None cannot be used: a Posture is needed"),
+    (lambda: sf.simulate(None, **START), TypeError, "posture = None cannot be used: a Posture or a Mechanism is needed"),
     (lambda: sf.simulate(ROD, (0, -1, 0), (0, 0, 0)), ValueError, "q puts contact 1 into the terrain: its gap -1.0 m is below -5e-13 m; allowed are gaps >= 0"),
     (lambda: sf.simulate(body(contacts=[sf.Contact((x, 0)) for x in (0, 1e-10)]), **START), ValueError, "distance between contacts 1 and 2 in body sizes (or between their unit normals) = 3.3333333333333337e-10 is outside its range: 0, which makes them one contact, or at least 1e-6"),
     (lambda: sf.simulate(body(contacts=[sf.Contact((1, 0), friction=x) for x in (0, 1)]), **START), ValueError, "contacts.2.point = [1.0, 0.0] cannot be used: contact 1 is at the same point; place them apart, or give both the same slope, segment, friction and restitution (a corner of the ground needs terrain=)"),
@@ -186,7 +186,7 @@ IN_PYTHON = [
     (lambda: RUNS[True], TypeError, "index = True cannot be used: an integer is needed"),
     (lambda: sf.simulate_many(ROD, np.broadcast_to(0.0, (10**12, 3)), (0, 0, 0)), MemoryError, "1000000000000 runs take 512 bytes each"),
     # Functions of postures.
-    (lambda: sf.stability(None), TypeError, "posture = None cannot be used: a Posture is needed"),
+    (lambda: sf.stability(None), TypeError, "posture = None cannot be used: a Posture or a Mechanism is needed"),
     (lambda: sf.stability(ROD, trial=10), TypeError, "stability() got an unexpected keyword argument 'trial'; did you mean 'trials'?"),
     (lambda: sf.contact_modes(ROD, wrensh=(1, 0, 0)), TypeError, "contact_modes() got an unexpected keyword argument 'wrensh'; did you mean 'wrench'?"),
     (lambda: sf.stability(ROD, trials=-1), ValueError, "trials = -1 cannot be used: an integer from 0 to 18446744073709551615 is needed"),
