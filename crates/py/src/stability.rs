@@ -176,7 +176,7 @@ impl PyVerdict {
     /// (frictionless motion need not come to rest: neither energy nor drift), "flight" (the impacts after a corner cannot be followed to their end with
     /// certainty), "cells" (some directions of motion remain open), "degenerate" (the contacts depend on each other, or nearly so, or
     /// the signs that decide are not certain), "pairs" (three and more contacts: several pairs let the body descend, or the only one is
-    /// undecided itself), "joints" (joints with torques leave more than three coordinates, for which no theorem proves stability). None if
+    /// undecided itself), "joints" (more than three coordinates are free, as those of joints with torques: no theorem proves stability). None if
     /// the verdict is decided. `print(verdict)` says it in words, and what to try.
     #[getter]
     fn reason(&self) -> Option<&str> {
