@@ -205,6 +205,7 @@ impl Driver<'_, Jointed> {
             return false;
         }
         *state = end;
+        sequence.summed(&change, &rubs, sum);
         true
     }
 

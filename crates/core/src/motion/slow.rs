@@ -78,6 +78,16 @@ impl<V: MassVector> InstantImpacts<V> {
         }
     }
 
+    /// Adds the sum of infinitely many cycles: `sum` times this change of velocity, with tangential impulses `rubs` at all points.
+    pub(super) fn summed(&mut self, change: &V, rubs: &[f64], sum: f64) {
+        for cycle in &mut self.cycles {
+            cycle.change.add_scaled(change, sum);
+            for (all, rub) in cycle.rubs.iter_mut().zip(rubs) {
+                *all += sum * rub;
+            }
+        }
+    }
+
     /// Point `i` is about to be hit, after others at the same instant; `rates`, `pieces`: gap rates and pieces of ground of all points;
     /// `size`: the size of a change; `fastest`: the largest speed so far.
     pub(super) fn next(
@@ -316,6 +326,7 @@ impl Driver<'_, AnyContacts> {
             return false;
         }
         self.body.state = end;
+        self.body.sequence.summed(&change, &rubs, sum);
         true
     }
 
