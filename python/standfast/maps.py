@@ -91,7 +91,7 @@ def sweep(
 
     A chain: q is its configuration (dof,), and the paths are gravity, restitution, friction (of all feet), armature (of all joints
     with torques), base.angle; joint.1.angle, joint.1.torque, joint.1.armature; foot.1.slope, foot.1.friction, and so on for other joints and
-    feet. torques : "hold", each point has the least torques that hold the chain there (where there are none, it is unstable by
+    feet. torques : "hold", each point has the torques of `Chain.holding_torques` there (where there are none, it is unstable by
     "not-equilibrium"); "given", those of its joints; None is "given" if a torque varies, and "hold" otherwise. "fate" and "zeno_time" are not
     offered; a flag is False, and a number NaN, where the field of the Verdict is None.
 

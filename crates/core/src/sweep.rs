@@ -246,7 +246,7 @@ impl Quantity {
     }
 }
 
-/// The mechanism of a chain; `hold`: with the least torques that hold it, where there are any.
+/// The mechanism of a chain; `hold`: with the torques that hold it, where there are any.
 fn standing(mut fields: ChainFields, q: &[f64], hold: bool) -> Result<Mechanism, Error> {
     if hold {
         let chain = Chain::new(fields.clone())?;
@@ -440,8 +440,8 @@ impl Sweep {
         Self::of(Subject::of(posture), axes, quantities)
     }
 
-    /// As [`new`](Self::new), for a chain in the configuration `q`, without the parameters that vary. `hold`: the joints have the torques that
-    /// hold the chain, the least ones, as [`Chain::holding_torques`] gives them, instead of their own. A flag is no, and a number NaN, where the
+    /// As [`new`](Self::new), for a chain in the configuration `q`, without the parameters that vary. `hold`: the joints have the torques of
+    /// [`Chain::holding_torques`] instead of their own. A flag is no, and a number NaN, where the
     /// verdict does not have it.
     ///
     /// ```

@@ -243,3 +243,22 @@ fn with_joints(rigid: &Mechanism, joints: usize, random: &mut Random) -> Mechani
     }
     Mechanism::new(fields).unwrap()
 }
+
+#[test]
+fn a_jam_of_one_of_three_feet_is_found_in_any_coordinates() {
+    let contacts = [-0.5, 0.1, 0.5].map(|x| Contact { friction: 2.5, ..Contact::at(x, 0.0) });
+    let posture = Posture::new(PostureFields {
+        gyration_radius: 0.3,
+        center_of_mass: [0.0, 0.5],
+        contacts: contacts.to_vec(),
+        ..PostureFields::default()
+    })
+    .unwrap();
+    let s = DMatrix::from_row_slice(3, 3, &[1.0, 0.5, 0.0, 0.0, 1.0, 0.3, 0.2, 0.0, 1.0]);
+    let mechanism = changed(&Mechanism::of_posture(&posture).unwrap(), &s);
+    let verdict = mechanism_stability(&mechanism, Jams::None).unwrap();
+    assert_eq!(verdict.by, Some(Argument::NoSolution));
+    let Some(Evidence::NoMotion(start)) = verdict.evidence else { panic!("{verdict:?}") };
+    let run = simulate_mechanism(&mechanism, &start.q, &start.qdot, &Options::default()).unwrap();
+    assert_eq!(run.outcome(), Outcome::Inconsistent);
+}

@@ -569,6 +569,13 @@ pub(crate) fn no_configuration() -> PyErr {
     to_py(&Error::Unusable { field: "q".into(), value: "None".into(), allowed })
 }
 
+/// The error for a sweep of a chain with what only runs need.
+pub(crate) fn no_runs_of_chains() -> PyErr {
+    let (value, allowed) =
+        ("given".into(), "left out: only runs need them, and a chain has none".into());
+    to_py(&Error::Unusable { field: "qdot or options of simulate".into(), value, allowed })
+}
+
 /// The error for a start that is missing or not used.
 pub(crate) fn start_or_not(needed: bool) -> PyErr {
     let (value, allowed) = if needed {

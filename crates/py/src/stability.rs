@@ -13,6 +13,7 @@ use standfast::stability::{
     StaticForces, Verdict, holding_pairs, mechanism_forces, mechanism_pairs, mechanism_stability,
 };
 
+use crate::chain::PyChain;
 use crate::convert::word;
 use crate::error::to_py;
 use crate::files::write_whole;
@@ -52,10 +53,14 @@ pub(crate) fn standing(value: &Bound<'_, PyAny>) -> PyResult<Standing> {
     if let Ok(posture) = value.cast::<PyPosture>() {
         return Ok(Standing::Body(posture.get().clone()));
     }
+    let needed = match value.is_instance_of::<PyChain>() {
+        true => "a Posture or a Mechanism is needed, such as chain.mechanism(q)",
+        false => "a Posture or a Mechanism is needed",
+    };
     let mechanism = value.cast::<PyMechanism>();
     mechanism
         .map(|found| Standing::Mechanism(found.get().clone()))
-        .map_err(|_| input::wrong_type("posture", value, "a Posture or a Mechanism is needed"))
+        .map_err(|_| input::wrong_type("posture", value, needed))
 }
 
 #[pymethods]
@@ -176,7 +181,7 @@ impl PyVerdict {
     /// (frictionless motion need not come to rest: neither energy nor drift), "flight" (the impacts after a corner cannot be followed to their end with
     /// certainty), "cells" (some directions of motion remain open), "degenerate" (the contacts depend on each other, or nearly so, or
     /// the signs that decide are not certain), "pairs" (three and more contacts: several pairs let the body descend, or the only one is
-    /// undecided itself), "joints" (more than three coordinates are free, as those of joints with torques: no theorem proves stability). None if
+    /// undecided itself), "joints" (no theorem covers the mechanism: more than three coordinates are free, or it has not two contacts and is no rigid body). None if
     /// the verdict is decided. `print(verdict)` says it in words, and what to try.
     #[getter]
     fn reason(&self) -> Option<&str> {

@@ -81,8 +81,17 @@ impl PySweep {
                 let Some(q) = q else { return Err(input::no_configuration()) };
                 Subject::Chain(chain.get().clone(), input::coordinates(q)?, hold)
             }
-            Err(_) => Subject::Body(self::posture(posture)?),
+            Err(_) => {
+                let body = self::posture(posture);
+                let needed = |_: PyErr| {
+                    input::wrong_type("posture", posture, "a Posture or a Chain is needed")
+                };
+                Subject::Body(body.map_err(needed)?)
+            }
         };
+        if matches!(of, Subject::Chain(..)) && (qdot.is_some() || options.is_some()) {
+            return Err(input::no_runs_of_chains());
+        }
         let q = if matches!(of, Subject::Body(_)) { q } else { None };
         // Checked before any values are copied.
         let lengths: Vec<usize> =

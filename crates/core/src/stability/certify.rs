@@ -112,7 +112,7 @@ pub enum WhyUndecided {
     Cells,
     /// Three and more contacts: several pairs of contacts let the body descend, or the only one is undecided itself.
     Pairs,
-    /// More than three coordinates are free, as those of joints with torques: no theorem proves stability.
+    /// No theorem here covers the mechanism: more than three coordinates are free, or it has not two contacts and is no rigid body.
     Joints,
 }
 
@@ -173,7 +173,7 @@ impl WhyUndecided {
                 "the body descends on several pairs of contacts, or on one that is undecided itself"
             }
             Self::Joints => {
-                "more than three coordinates are free, as those of joints with torques: no theorem proves stability"
+                "no theorem here covers this mechanism: they are for rigid bodies, and for two contacts of three free coordinates"
             }
         }
     }

@@ -265,7 +265,9 @@ fn no_motion(mechanism: &Mechanism) -> Option<NoMotion> {
                 let space = mechanism.contact_space();
                 let k = space.normal(i, i)
                     - side * mechanism.contacts()[i].friction * space.w()[(2 * i + 1, 2 * i)];
-                return start(mechanism, &[(i, side)], Some(k));
+                if let Some(found) = start(mechanism, &[(i, side)], Some(k)) {
+                    return Some(found);
+                }
             }
         }
     }
@@ -291,13 +293,16 @@ fn no_motion(mechanism: &Mechanism) -> Option<NoMotion> {
                 || own.is_positive() && (a(1 - i, i) * g[i] - g[1 - i] * own).is_negative()
         };
         if stays && lifts_not(0) && lifts_not(1) {
-            return start(mechanism, &[(0, sides[0]), (1, sides[1])], None);
+            let found = start(mechanism, &[(0, sides[0]), (1, sides[1])], None);
+            if found.is_some() {
+                return found;
+            }
         }
     }
     None
 }
 
-/// The start at which these contacts slide in these directions on their ground, and all others are a little above theirs, at rest.
+/// A start at which these contacts slide in these directions on their ground, and all others are above theirs; `None` if the others cannot be.
 fn start(
     mechanism: &Mechanism,
     slides: &[(usize, f64)],
@@ -306,23 +311,25 @@ fn start(
     let space = mechanism.contact_space();
     let on = |i: usize| slides.iter().find(|(k, _)| *k == i);
     let count = mechanism.contacts().len();
-    let rows: Vec<&Coordinates> = (0..count)
-        .flat_map(|i| [Some(space.normal_row(i)), on(i).map(|_| space.tangent(i))])
-        .flatten()
+    // N_i q = 0 of those that slide, N_j q ≥ 1 of the others, with q as the difference of two vectors, and the rest of N_j q as a slack.
+    let apart: Vec<(Vec<f64>, f64)> = (0..count)
+        .map(|i| {
+            let row = || space.normal_row(i).iter();
+            let mut all: Vec<f64> = row().chain(row().map(|part| -part)).collect();
+            all.extend((0..count).map(|j| if j == i && on(i).is_none() { -1.0 } else { 0.0 }));
+            (all, f64::from(u8::from(on(i).is_none())))
+        })
         .collect();
-    let solve = |values: &[f64]| -> Option<Vec<f64>> {
-        let found = crate::math::mass_vector::with_products(&rows, values)?;
-        Some(mechanism.coordinates(&found))
-    };
-    let (mut gaps, mut speeds) = (Vec::new(), Vec::new());
-    for i in 0..count {
-        gaps.push(if on(i).is_some() { 0.0 } else { SMALL * SMALL });
-        speeds.push(0.0);
-        if let Some((_, side)) = on(i) {
-            gaps.push(0.0);
-            speeds.push(side * SMALL);
-        }
+    let found = maximise(&apart, &vec![0.0; apart[0].0.len()])?;
+    let r = space.normal_row(0).len();
+    let placed = (0..r).map(|k| SMALL * SMALL * (found[k] - found[r + k]));
+    let placed = mechanism.coordinates(&Coordinates::from_iter(placed));
+    let (mut rows, mut speeds) = (Vec::new(), Vec::new());
+    for (i, side) in slides {
+        rows.extend([space.normal_row(*i), space.tangent(*i)]);
+        speeds.extend([0.0, side * SMALL]);
     }
+    let moved = mechanism.coordinates(&crate::math::mass_vector::with_products(&rows, &speeds)?);
     let mode = |way: f64| if way > 0.0 { Mode::Right } else { Mode::Left };
     let letters = slides.iter().enumerate();
     Some(NoMotion {
@@ -330,8 +337,8 @@ fn start(
         slides: letters
             .fold(Word::separate(slides.len()), |word, (k, (_, way))| word.with(k, mode(*way))),
         stiffness,
-        q: solve(&gaps)?,
-        qdot: solve(&speeds)?,
+        q: placed,
+        qdot: moved,
     })
 }
 
