@@ -166,11 +166,23 @@ fn the_verdict_on_two_contacts_does_not_depend_on_the_coordinates() {
     assert!(apart <= 20, "{apart}");
 }
 
+/// Both contacts slide, or one does and the other one is open.
+const SLIDES: [[Option<i8>; 2]; 8] = [
+    [Some(1), Some(1)],
+    [Some(1), Some(-1)],
+    [Some(-1), Some(1)],
+    [Some(-1), Some(-1)],
+    [Some(1), None],
+    [Some(-1), None],
+    [None, Some(1)],
+    [None, Some(-1)],
+];
+
 #[test]
 fn joints_with_torques_are_never_proved_stable() {
     let mut random = Random(13);
     let mut counts = std::collections::BTreeMap::new();
-    for case in 0..600 {
+    for case in 0..2000 {
         let posture = posture(&mut random, 2);
         let rigid = Mechanism::of_posture(&posture).unwrap();
         let mechanism = with_joints(&rigid, 1 + case % 3, &mut random);
@@ -194,6 +206,13 @@ fn joints_with_torques_are_never_proved_stable() {
             }
             (None, _) => {
                 assert_eq!(verdict.reason(), Some(WhyUndecided::Joints), "{case}");
+                // Wherever one or both contacts slide, a mode goes on.
+                for sliding in SLIDES {
+                    let problem = MechanismProblem::new(&mechanism, &sliding).unwrap();
+                    let modes = contact_modes(&problem, Method::Enumerate).unwrap();
+                    let tie = modes.answers().iter().any(|answer| answer.near_degenerate());
+                    assert!(modes.consistent().count() > 0 || tie, "{case}: {sliding:?}");
+                }
             }
             (by, evidence) => panic!("{case}: {by:?} {evidence:?}"),
         }

@@ -6,7 +6,7 @@
 //! With more coordinates (joints with torques) there are motions that no theorem here covers: both contacts slide in any directions, and one
 //! slides while the other one is fixed. Three things make a posture unstable: the load is not held; a contact mode that moves is consistent
 //! at rest; or no motion exists after some small kicks. For two contacts that both slide in the directions σ_i, which are free here, no motion
-//! exists if all of these fail, with A_ij = N_iM⁻¹(N_j − σ_jμ_jT_j)ᵀ and g > 0: both slide (A⁻¹g ≥ 0); i slides and j lifts (A_ii > 0 and
+//! exists if all of these fail, with A_ij = N_iM⁻¹(N_j − σ_jμ_jT_j)ᵀ: both slide (A⁻¹g ≥ 0); i slides and j lifts (g_i/A_ii ≥ 0 and
 //! A_ji g_i/A_ii > g_j); both lift (g < 0).
 
 use crate::body::contact::Contact;
@@ -275,7 +275,7 @@ fn no_motion(mechanism: &Mechanism) -> Option<NoMotion> {
         return None;
     }
     let g = [0, 1].map(|i| rows.gravity(i));
-    if !g.iter().all(|g| g.is_positive()) {
+    if !g.iter().any(|g| g.is_positive()) {
         return None;
     }
     for sides in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
@@ -287,10 +287,14 @@ fn no_motion(mechanism: &Mechanism) -> Option<NoMotion> {
             Some(-1) => force.iter().any(|f| f.is_positive()),
             _ => false,
         };
+        // Contact i cannot slide alone: its force g_i/A_ii is negative, or the other one does not lift, A_ji g_i/A_ii < g_j.
         let lifts_not = |i: usize| {
-            let own = a(i, i);
-            own.is_negative()
-                || own.is_positive() && (a(1 - i, i) * g[i] - g[1 - i] * own).is_negative()
+            let lift = a(1 - i, i) * g[i] - g[1 - i] * a(i, i);
+            match a(i, i).sign() {
+                Some(1) => g[i].is_negative() || lift.is_negative(),
+                Some(-1) => g[i].is_positive() || lift.is_positive(),
+                _ => false,
+            }
         };
         if stays && lifts_not(0) && lifts_not(1) {
             let found = start(mechanism, &[(0, sides[0]), (1, sides[1])], None);
