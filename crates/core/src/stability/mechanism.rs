@@ -19,14 +19,14 @@ use crate::math::real::Enclosed;
 use crate::math::simplex::maximise;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{MechanismProblem, Method, Mode, ModeAnswer, Word, contact_modes};
-use crate::options::{Impact, Jams};
+use crate::options::Jams;
 use crate::outcome::ContactNumber;
 use crate::stability::conditions::{self, Equilibrium, Pair};
 use crate::stability::corner::CornerMap;
 use crate::stability::existence::{NoMotion, Standing};
 use crate::stability::static_forces::{StaticForces, extremes};
 use crate::stability::{
-    Argument, Evidence, Finding, NoBound, Stability, Verdict, WhyUndecided, holding_pairs, judge,
+    Argument, Evidence, Finding, Stability, Verdict, WhyUndecided, holding_pairs, judge,
 };
 use crate::tolerance::{DELICATE_MARGIN, RIGID_ROWS};
 use crate::verified::rows::{EnclosedRows, dot};
@@ -60,23 +60,7 @@ pub fn mechanism_stability(mechanism: &Mechanism, jams: Jams) -> Result<Verdict,
         return Ok(verdict);
     }
     let count = mechanism.contacts().len();
-    let mut verdict = Verdict {
-        contacts: (0..count).map(ContactNumber::of).collect(),
-        equilibrium: equilibrium(mechanism),
-        conditions: None,
-        energy: None,
-        flight: None,
-        well: None,
-        laws: vec![Impact::Newton],
-        jams,
-        frictional_stability: Stability::Undecided,
-        by: None,
-        evidence: None,
-        delicate: false,
-        amplification: Err(NoBound::NotStable),
-        trials: None,
-        modes: Vec::new(),
-    };
+    let mut verdict = Verdict::open(count, equilibrium(mechanism), jams);
     let problem = MechanismProblem::at_rest(mechanism);
     let modes = contact_modes(&problem, Method::Auto)?;
     let three = mechanism.contact_space().free().len() == 3;

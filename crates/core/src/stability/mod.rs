@@ -397,23 +397,7 @@ pub(crate) fn judge(posture: &Posture, jams: Jams, amplification: bool) -> Resul
         return Ok(verdict);
     }
     let count = posture.contacts().len();
-    let mut verdict = Verdict {
-        contacts: (0..count).map(ContactNumber::of).collect(),
-        equilibrium: Equilibrium::of(posture),
-        conditions: None,
-        energy: None,
-        flight: None,
-        well: None,
-        laws: vec![Impact::Newton],
-        jams,
-        frictional_stability: Stability::Undecided,
-        by: None,
-        evidence: None,
-        delicate: false,
-        amplification: Err(NoBound::NotStable),
-        trials: None,
-        modes: Vec::new(),
-    };
+    let mut verdict = Verdict::open(count, Equilibrium::of(posture), jams);
     if count == 2 {
         verdict.decide_pair(posture, amplification)?;
     } else {
@@ -463,6 +447,27 @@ mod bound_or_reason {
 }
 
 impl Verdict {
+    /// Nothing is decided yet about this number of contacts.
+    fn open(count: usize, equilibrium: Equilibrium, jams: Jams) -> Self {
+        Self {
+            contacts: (0..count).map(ContactNumber::of).collect(),
+            equilibrium,
+            conditions: None,
+            energy: None,
+            flight: None,
+            well: None,
+            laws: vec![Impact::Newton],
+            jams,
+            frictional_stability: Stability::Undecided,
+            by: None,
+            evidence: None,
+            delicate: false,
+            amplification: Err(NoBound::NotStable),
+            trials: None,
+            modes: Vec::new(),
+        }
+    }
+
     /// The verdict as JSON; infinities as the strings "inf" and "-inf", undefined numbers as null.
     #[must_use]
     pub fn to_json(&self) -> String {
