@@ -492,6 +492,8 @@ impl Sweep {
             return Err(unusable("quantity", "[]", "at least one quantity"));
         }
         for (k, axis) in axes.iter().enumerate() {
+            // An axis may be that of another posture.
+            subject.parameter(&axis.path)?;
             if let Some(other) = axes[..k].iter().find(|other| other.field.clashes(axis.field)) {
                 let both = format!("{:?} and {:?}", other.path, axis.path);
                 return Err(unusable("over", &both, "parameters that set different numbers"));
@@ -712,6 +714,26 @@ mod tests {
             },
         )
         .unwrap()
+    }
+
+    #[test]
+    fn axes_of_another_subject_are_refused() {
+        let chain = Chain::new(ChainFields {
+            links: vec![crate::body::Link::uniform(1.0, 1.0)],
+            feet: [0.0, 1.0]
+                .map(|at| crate::body::Foot { at: Some(at), ..crate::body::Foot::of_link(1) })
+                .to_vec(),
+            ..ChainFields::default()
+        })
+        .unwrap();
+        let q = [0.0; 3];
+        let of_chain = Axis::of_chain("base.angle", vec![0.0], &chain, &q).unwrap();
+        let of_rod = Axis::new("contacts.2.slope", vec![0.0], &rod()).unwrap();
+        let asked = || vec![Quantity::parse("stability").unwrap()];
+        let error = Sweep::new(&rod(), vec![of_chain], asked()).unwrap_err().to_string();
+        assert!(error.starts_with("over = \"base.angle\" cannot be used"), "{error}");
+        let error = Sweep::of_chain(&chain, &q, true, vec![of_rod], asked()).unwrap_err();
+        assert!(error.to_string().starts_with("over = \"contacts.2.slope\""), "{error}");
     }
 
     fn grid(quantity: &str) -> Sweep {
