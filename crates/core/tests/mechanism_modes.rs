@@ -1,32 +1,20 @@
 //! Contact modes of mechanisms: those of rigid bodies; those of a search through all words that knows only W and b; programmes for many
 //! contacts; wrong input.
 
+#[path = "../src/math/random.rs"]
+#[allow(dead_code, unreachable_pub, reason = "the tests use a part of it")]
+mod random;
+
 use nalgebra::{DMatrix, DVector};
+use random::Random;
 use standfast::body::{ContactRows, Mechanism, MechanismFields};
 use standfast::modes::{
     ContactProblem, Forces, MechanismProblem, Method, Mode, ModeAnswer, Status, Word, contact_modes,
 };
 use standfast::{Contact, Error, Posture, PostureFields, State};
 
-/// The splitmix64 generator.
-struct Random(u64);
-
-impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        (self.bits() % count as u64) as usize
-    }
+fn below(random: &mut Random, count: usize) -> usize {
+    (random.bits() % count as u64) as usize
 }
 
 fn close(value: f64, expected: f64, size: f64, case: usize) {
@@ -39,7 +27,7 @@ fn a_rigid_body_as_a_mechanism_has_the_same_modes() {
     let mut random = Random(1);
     let (mut families, mut decided) = (0, 0);
     for case in 0..2000 {
-        let n = 1 + random.below(4);
+        let n = 1 + below(&mut random, 4);
         let contacts = (0..n).map(|i| {
             let x = -1.0 + 2.0 * (i as f64 + random.between(0.1, 0.9)) / n as f64;
             let point = Contact::at(x, random.between(-0.3, 0.3));
@@ -137,7 +125,7 @@ fn random_mechanism(random: &mut Random, dof: usize, n: usize) -> Mechanism {
 }
 
 fn random_signs(random: &mut Random, n: usize) -> Vec<Option<i8>> {
-    (0..n).map(|_| [Some(0), Some(0), Some(0), Some(1), Some(-1), None][random.below(6)]).collect()
+    (0..n).map(|_| [Some(0), Some(0), Some(0), Some(1), Some(-1), None][below(random, 6)]).collect()
 }
 
 /// All words of so many letters.
@@ -365,7 +353,7 @@ fn one_three_and_four_contacts_against_all_words() {
     let mut ranks = [0; 9];
     for case in 0..900 {
         let n = [1, 3, 3, 4][case % 4];
-        let dof = if n == 1 { 2 + random.below(3) } else { 3 + random.below(7) };
+        let dof = if n == 1 { 2 + below(&mut random, 3) } else { 3 + below(&mut random, 7) };
         let mechanism = random_mechanism(&mut random, dof, n);
         ranks[mechanism.contact_space().rank()] += 1;
         let sliding = random_signs(&mut random, n);
@@ -378,7 +366,7 @@ fn one_three_and_four_contacts_against_all_words() {
 fn with_four_independent_rows_all_words_are_motions() {
     let mut random = Random(4);
     for case in 0..200 {
-        let dof = 4 + random.below(3);
+        let dof = 4 + below(&mut random, 3);
         let mechanism = random_mechanism(&mut random, dof, 2);
         assert_eq!(mechanism.contact_space().rank(), 4);
         let modes = contact_modes(&MechanismProblem::at_rest(&mechanism), Method::Auto).unwrap();
@@ -395,8 +383,8 @@ fn programmes_find_modes_of_many_contacts() {
     let mut random = Random(5);
     let mut found = 0;
     for case in 0..60 {
-        let n = 8 + random.below(9);
-        let dof = 6 + random.below(15);
+        let n = 8 + below(&mut random, 9);
+        let dof = 6 + below(&mut random, 15);
         let mechanism = random_mechanism(&mut random, dof, n);
         let problem = MechanismProblem::at_rest(&mechanism);
         let modes = contact_modes(&problem, Method::Qp).unwrap();

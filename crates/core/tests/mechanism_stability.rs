@@ -1,6 +1,11 @@
 //! Verdicts on mechanisms: those of a rigid body, in any coordinates; and postures that free joints make unstable.
 
+#[path = "../src/math/random.rs"]
+#[allow(dead_code, unreachable_pub, reason = "the tests use a part of it")]
+mod random;
+
 use nalgebra::{DMatrix, DVector};
+use random::Random;
 use standfast::body::{ContactRows, Mechanism, MechanismFields};
 use standfast::modes::{MechanismProblem, Method, contact_modes};
 use standfast::options::Jams;
@@ -10,23 +15,6 @@ use standfast::stability::{
     stability, static_forces,
 };
 use standfast::{Contact, Options, Outcome, Posture, PostureFields};
-
-/// Numbers in [0, 1), the same in every run (SplitMix64).
-struct Random(u64);
-
-impl Random {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / 9_007_199_254_740_992.0
-    }
-
-    fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.next()
-    }
-}
 
 fn posture(random: &mut Random, feet: usize) -> Posture {
     let contacts = (0..feet)

@@ -15,6 +15,7 @@ use crate::motion::record::{ListedImpact, Tail};
 use crate::motion::slow::{GoesOn, InstantImpacts};
 use crate::options::{Impact, Jams, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Outcome, ZenoMethod};
+use crate::sustained::jam::by_contact;
 use crate::sustained::mechanism::{GapState, MechanismState};
 use crate::tolerance::{
     CONTACT_STOPPED, CYCLE_RATIO_ROUNDINGS, DEPENDENT_ROW, HIT_IN_TURN, REACHED, REMAINDER_FACTOR,
@@ -529,18 +530,7 @@ fn stopped_by(
         })
         .collect();
     let parts = maximise(&balance, &vec![-1.0; edges.len()])?;
-    let mut impulses: Vec<(usize, [f64; 2])> = Vec::new();
-    for ((i, force, _), part) in edges.into_iter().zip(parts) {
-        let impulse = force.map(|f| f * part * speed);
-        match impulses.last_mut() {
-            Some((last, sum)) if *last == i => {
-                sum.iter_mut().zip(impulse).for_each(|(sum, add)| *sum += add);
-            }
-            _ => impulses.push((i, impulse)),
-        }
-    }
-    impulses.retain(|(_, impulse)| impulse[1] > 0.0);
-    Some(impulses)
+    Some(by_contact(edges, &parts, speed))
 }
 
 /// The last landings of each of two contacts while the other one is held.

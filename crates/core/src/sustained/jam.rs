@@ -13,6 +13,27 @@ use crate::math::simplex::maximise;
 use crate::modes::Mode;
 use crate::sustained::BodyState;
 
+/// The impulses of contacts, from those along the edges of their friction cones, in the order of the contacts: the contact, the edge (tangential,
+/// normal), its direction, and its part of `speed`. Contacts without an impulse are left out.
+pub(crate) fn by_contact<V>(
+    edges: Vec<(usize, [f64; 2], V)>,
+    parts: &[f64],
+    speed: f64,
+) -> Vec<(usize, [f64; 2])> {
+    let mut impulses: Vec<(usize, [f64; 2])> = Vec::new();
+    for ((i, force, _), part) in edges.into_iter().zip(parts) {
+        let impulse = force.map(|f| f * part * speed);
+        match impulses.last_mut() {
+            Some((last, sum)) if *last == i => {
+                sum.iter_mut().zip(impulse).for_each(|(sum, add)| *sum += add);
+            }
+            _ => impulses.push((i, impulse)),
+        }
+    }
+    impulses.retain(|(_, impulse)| impulse[1] > 0.0);
+    impulses
+}
+
 impl BodyState {
     /// Impulses (tangential, normal), per unit mass, in the friction cones of these points that bring the body to rest: those with the
     /// smallest sum of their parts along the edges of the cones. `None` if there are none.
@@ -35,18 +56,7 @@ impl BodyState {
             .collect();
         let row = |k: usize| (edges.iter().map(|(.., u)| u[k]).collect(), -motion[k] / speed);
         let parts = maximise(&[row(0), row(1), row(2)], &vec![-1.0; edges.len()])?;
-        let mut impulses: Vec<(usize, [f64; 2])> = Vec::new();
-        for ((i, force, _), part) in edges.into_iter().zip(parts) {
-            let impulse = force.map(|f| f * part * speed);
-            match impulses.last_mut() {
-                Some((last, sum)) if *last == i => {
-                    sum.iter_mut().zip(impulse).for_each(|(sum, add)| *sum += add);
-                }
-                _ => impulses.push((i, impulse)),
-            }
-        }
-        impulses.retain(|(_, impulse)| impulse[1] > 0.0);
-        Some(impulses)
+        Some(by_contact(edges, &parts, speed))
     }
 
     /// Applies the impulse of a jam up to the first slide that it stops; returns this contact. `None`, without a change, if

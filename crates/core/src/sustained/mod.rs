@@ -21,7 +21,7 @@ mod excitation;
 mod facing;
 mod flight;
 mod forces;
-mod jam;
+pub(crate) mod jam;
 pub(crate) mod mechanism;
 pub(crate) mod next_order;
 pub(crate) mod phase;
@@ -30,7 +30,7 @@ pub(crate) mod side;
 mod step;
 mod turning;
 
-use nalgebra::Vector2;
+use nalgebra::{Vector2, Vector3};
 
 use crate::body::contact::{ContactLetters, ContactValues, PerContact};
 use crate::body::posture::Posture;
@@ -44,7 +44,6 @@ use crate::modes::Mode;
 use crate::outcome::Instant;
 use crate::sustained::side::SideContact;
 pub(crate) use crate::sustained::step::{ORDERS, Step, StepEnd};
-use nalgebra::Vector3;
 
 /// Bounds of the rounding errors of a gap, since it was last exactly zero (in m), and of its rate (in m/s). In an accumulation
 /// of impacts they shrink with the gaps and the rates.
