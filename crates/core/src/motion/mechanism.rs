@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use crate::body::contact::{ContactLetters, ContactValues, PerContact};
 use crate::body::{ContactSpace, Mechanism, State};
 use crate::collisions::local::{LocalCollisions, LoopExit, are_one};
-use crate::collisions::log::{LastImpacts, in_words, names};
+use crate::collisions::log::LastImpacts;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::modes::Mode;
 use crate::motion::bounces::Bounces;
@@ -14,7 +14,7 @@ use crate::motion::driver::{self, Coordinates as _, Driver, DriverStep};
 use crate::motion::frame::Base;
 use crate::motion::mechanism_impacts::Laps;
 use crate::motion::record::{Moment, Motion, Tail, ZenoRecord};
-use crate::motion::slow::{InstantImpacts, SlowContacts};
+use crate::motion::slow::{InstantImpacts, SlowContacts, chatter_warning};
 use crate::options::{Impact, Jams, Options, Stop};
 use crate::outcome::{Cause, Outcome, ZenoMethod};
 use crate::sustained::mechanism::MechanismState;
@@ -128,15 +128,8 @@ impl driver::Coordinates for Jointed {
     }
 
     fn last_warnings(driver: &mut Driver<'_, Self>) {
-        let (contacts, limit) = &driver.body.stopped_chatter;
-        if contacts.is_empty() {
-            return;
-        }
-        let [slow, fast] = [*limit, driver.body.fastest].map(in_words);
-        let who = names(contacts.iter().copied());
-        driver.record.warnings.push(format!(
-            "{who} bounced below {slow} without becoming slower; beside speeds of up to {fast} these are rounding errors: set to rest"
-        ));
+        let warning = chatter_warning(&driver.body.stopped_chatter, driver.body.fastest);
+        driver.record.warnings.extend(warning);
     }
 }
 

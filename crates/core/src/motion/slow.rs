@@ -1,5 +1,7 @@
 //! Ends of sequences of impacts: infinitely many at one instant, which are summed, and impacts whose speeds are rounding error.
 
+use std::collections::BTreeSet;
+
 use nalgebra::Vector3;
 
 use crate::body::contact::ContactValues;
@@ -172,6 +174,21 @@ struct SinceLastHit<V> {
     rubs: ContactValues<f64>,
     /// Of the previous cycle: its change of velocity, and the ratio of the gap rates of the point that is hit at its end and its start.
     before: Option<(V, f64)>,
+}
+
+/// Warning about contacts that were set to rest although they did not become slower; with the speed (m/s) below which they bounced, and the
+/// largest speed of the run.
+pub(super) fn chatter_warning(
+    (contacts, limit): &(BTreeSet<usize>, f64),
+    fastest: f64,
+) -> Option<String> {
+    let who = names(contacts.iter().copied());
+    let [slow, fast] = [*limit, fastest].map(in_words);
+    (!contacts.is_empty()).then(|| {
+        format!(
+            "{who} bounced below {slow} without becoming slower; beside speeds of up to {fast} these are rounding errors: set to rest"
+        )
+    })
 }
 
 /// Monitor of impacts that are all nearly slow enough to stop.
@@ -365,16 +382,9 @@ impl Driver<'_, AnyContacts> {
         hit <= HIT_IN_TURN * CONTACT_STOPPED * self.body.fastest
     }
 
-    /// Warning about contacts that were set to rest although they did not become slower.
+    /// See [`chatter_warning`].
     pub(super) fn chatter_warning(&self) -> Option<String> {
-        let (contacts, limit) = &self.body.stopped_chatter;
-        let who = names(contacts.iter().copied());
-        let [slow, fast] = [*limit, self.body.fastest].map(in_words);
-        (!contacts.is_empty()).then(|| {
-            format!(
-                "{who} bounced below {slow} without becoming slower; beside speeds of up to {fast} these are rounding errors: set to rest"
-            )
-        })
+        chatter_warning(&self.body.stopped_chatter, self.body.fastest)
     }
 
     /// `hit`: the speed of the collision; `by`: the speed of the impact that brings contacts to rest, in m/s; infinite if no impact does.
