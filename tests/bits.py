@@ -185,11 +185,12 @@ def one_pair(k: int) -> Iterator[object]:
     if draw.chance(0.5):
         q, qdot = q / 64, qdot / 64
     options = {"event_limit": EVENTS, "certify": draw.chance(0.5)}
+    law = {"impact": "newton"}
     if k % 3:
         options["model"] = MODELS[k % 3]
         options["stop"] = "zeno" if options["certify"] else "rest"
         options["time_limit"] = None if draw.chance(0.5) else 2.0
-        yield from of_run(sf.simulate(body, q, qdot, **options))
+        yield from of_run(sf.simulate(body, q, qdot, **law, **options))
     else:
         local = body.local()
         gaps, rates = draw.numbers(0.125, 1, 2), draw.numbers(-1, 1, 2)
@@ -209,7 +210,7 @@ def one_batch(k: int) -> Iterator[object]:
     if k % 5 == 0:
         options["impact"] = draw.of(LAWS[1:])
     else:
-        options["stop"] = draw.of(["rest", "zeno"])
+        options |= {"impact": "newton", "stop": draw.of(["rest", "zeno"])}
     runs = sf.simulate_many(body, q, qdot, **options)
     yield from (runs.outcome.tolist(), runs.time, runs.elapsed, runs.q, runs.qdot)
     yield from (runs.collisions, runs.zeno_kind.tolist(), runs.zeno_contact)

@@ -17,10 +17,10 @@ _Pairs: TypeAlias = Sequence[_Pair] | _Floats
 _Path: TypeAlias = str | PathLike[str]
 _ModelName: TypeAlias = Literal["auto", "local", "full"]
 _Impact: TypeAlias = Literal[
-    "newton", "poisson", "stronge", "chatterjee-ruina", "moreau"
+    "auto", "newton", "poisson", "stronge", "chatterjee-ruina", "moreau"
 ]
 _Simultaneous: TypeAlias = Literal[
-    "newton", "first-contact-first", "last-contact-first"
+    "together", "newton", "first-contact-first", "last-contact-first"
 ]
 _Stop: TypeAlias = Literal["rest", "zeno", "time"]
 _Jams: TypeAlias = Literal["none", "impact"]
@@ -1132,7 +1132,7 @@ def robustness(
     threads: int | None = None,
     done: Callable[[int], object] | None = None,
     model: _ModelName = "full",
-    impact: _Impact = "newton",
+    impact: _Impact = "auto",
     simultaneous: _Simultaneous | None = None,
     time_limit: float | None = None,
     event_limit: int = 100_000,
@@ -1171,7 +1171,7 @@ def simulate_many(
     kicks: Sequence[Kick] = (),
     ground_motion: GroundMotion | None = None,
     model: _ModelName = "auto",
-    impact: _Impact = "newton",
+    impact: _Impact = "auto",
     simultaneous: _Simultaneous | None = None,
     stop: _Stop = "rest",
     time: float = 0.0,
@@ -1193,7 +1193,7 @@ def simulate(
     kicks: Sequence[Kick] = (),
     ground_motion: GroundMotion | None = None,
     model: _ModelName = "auto",
-    impact: _Impact = "newton",
+    impact: _Impact = "auto",
     simultaneous: _Simultaneous | None = None,
     stop: _Stop = "rest",
     time: float = 0.0,

@@ -45,6 +45,7 @@ def scene(rng):
         q, moves = np.array([0.0, height, 0.0]), 0.0
     qdot = rng.uniform(-1, 1, 3) * moves
     options = {
+        "impact": "newton",
         "tolerance": 10 ** rng.uniform(-12, -2),
         "stop": rng.choice(["zeno", "rest", "rest", "time"]),
         "record": bool(rng.choice([True, False])),
@@ -115,7 +116,7 @@ def test_a_scene_is_served_down_to_its_error(stop):
         restitution=0.3,
         gravity=G,
     )
-    start = {"q": (0, 2e-5, 7e-6), "qdot": (0, 0, 0), "stop": stop}
+    start = {"q": (0, 2e-5, 7e-6), "qdot": (0, 0, 0), "stop": stop, "impact": "newton"}
     full = sf.simulate(posture, model="full", **start)
     local = sf.simulate(posture, model="local", **start)
     error = max(errors(local, full, size(posture)))
@@ -185,7 +186,7 @@ def test_a_body_that_rests_on_one_foot_is_not_local():
         gravity=10.0,
         contacts=[sf.Contact((x, 0), friction=0.5) for x in (0, 1)],
     )
-    run = sf.simulate(posture, (0, 1e-5, 1e-9), (0, 0, 0))
+    run = sf.simulate(posture, (0, 1e-5, 1e-9), (0, 0, 0), impact="newton")
     assert (run.model, run.outcome) == ("full", "rest")
     assert "tips over" in run.model_reason
     assert run.q[2] == pytest.approx(math.pi)
@@ -211,7 +212,7 @@ def test_a_body_that_tips_over_at_the_end_of_its_slide_does_not_rest():
             10.0,
         )
         qdot = rng.normal(size=3) * 10 ** rng.uniform(-2, -0.5)
-        options = {"tolerance": 1e-3, "time_limit": 20.0}
+        options = {"tolerance": 1e-3, "time_limit": 20.0, "impact": "newton"}
         run = sf.simulate(posture, (0, 0, 0), qdot, **options)
         if run.model != "local":
             continue
@@ -227,8 +228,8 @@ def test_the_tolerance_of_an_early_zeno_point_is_that_of_the_whole_run():
     feet = [sf.Contact((x, 0.0), friction=0.15) for x in (-0.5, 0.5)]
     body = sf.Posture(1.0, 0.4, (0.05, 0.1), feet, 0.2)
     tolerance, q, qdot = 1e-4, (0, 1e-4, 5e-7), (2.0, 0, 0)
-    auto = sf.simulate(body, q, qdot, tolerance=tolerance)
-    full = sf.simulate(body, q, qdot, model="full")
+    auto = sf.simulate(body, q, qdot, impact="newton", tolerance=tolerance)
+    full = sf.simulate(body, q, qdot, impact="newton", model="full")
     assert (auto.model, auto.outcome) == ("local", "rest")
     first, true = auto.zeno_points[0], full.zeno_points[0]
     assert true.elapsed < 0.02 * full.elapsed

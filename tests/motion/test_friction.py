@@ -472,7 +472,7 @@ def test_rocking_ends_in_rest(restitution, friction, omega):
     # Rotation about one foot from upright, in numbers for which the rate at that foot is not rounded.
     side = 1 if omega > 0 else -1
     start = (0, 0, 0, -0.3125 * omega, 0.375 * abs(omega), omega)
-    run = sf.simulate(posture, start[:3], start[3:], model="full")
+    run = sf.simulate(posture, start[:3], start[3:], impact="newton", model="full")
     assert run.outcome == "rest"
     point = run.zeno_points[-1]
     assert (point.kind, point.method) == ("2-zeno", "nested")
@@ -890,9 +890,11 @@ def test_a_swing_about_a_fixed_foot_is_no_flight():
         ],
     )
     start = (0, 0.02, -0.01), (0, 0, 0)
-    run = sf.simulate(posture, *start)
+    run = sf.simulate(posture, *start, impact="newton")
     assert (run.outcome, run.phases[-1].mode) == ("sliding", "SF")
-    later = sf.simulate(posture, *start, time_limit=1000.0, stop="time")
+    later = sf.simulate(
+        posture, *start, impact="newton", time_limit=1000.0, stop="time"
+    )
     assert (later.outcome, later.phases[-1].mode) == ("time-limit", "SF")
     assert not (later.impacts["time"] > run.time).any()
 

@@ -88,7 +88,7 @@ def test_a_spinning_ball_slips_and_then_rolls(law):
 @pytest.mark.parametrize("tilt", [0.0, 0.05])
 def test_a_table_on_three_legs_slides_and_rests(e, tilt):
     table = body([-1.0, 0.1, 1.0], restitution=e)
-    run = sf.simulate(table, (0, 0.1, tilt), (0.3, 0, 0))
+    run = sf.simulate(table, (0, 0.1, tilt), (0.3, 0, 0), impact="newton")
     assert run.outcome == "rest"
     assert run.phases[-1].mode == "FFF"
     assert run.phases[-2].mode == "RRR"

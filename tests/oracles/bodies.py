@@ -90,15 +90,15 @@ FRICTION_LAWS = LAWS[1:]
 IN_TURN = "first-contact-first"
 
 
-def order_for(law, wanted="newton"):
-    """The value of `simultaneous` for this law: laws with friction treat contacts that are hit at once one after the
-    other."""
-    return IN_TURN if law != "newton" and wanted == "newton" else wanted
+def order_for(law, wanted="together"):
+    """The value of `simultaneous` for this law: Newton's and Moreau's are laws for all contacts that are hit at once."""
+    one_by_one = law not in ("newton", "moreau")
+    return IN_TURN if one_by_one and wanted == "together" else wanted
 
 
 def draw_order(rng, law):
     return order_for(
-        law, str(rng.choice(["newton", "first-contact-first", "last-contact-first"]))
+        law, str(rng.choice(["together", "first-contact-first", "last-contact-first"]))
     )
 
 

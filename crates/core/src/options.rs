@@ -29,9 +29,11 @@ pub enum Model {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum Impact {
-    /// Frictionless Newton restitution [Or & Rimon 2008, (4)]. The default; no friction in impacts: for boxes and other bodies with friction
-    /// take `Moreau`. Friction acts between impacts only; a run has a warning if a contact with friction is hit.
+    /// Newton's law where no contact has friction, Moreau's where one has. The default; a result has the law that acted.
     #[default]
+    Auto,
+    /// Frictionless Newton restitution [Or & Rimon 2008, (4)]. Friction acts between impacts only; a run has a warning if a contact with
+    /// friction is hit.
     Newton,
     /// Routh's process with friction; the impulse of restitution is e times that of compression.
     Poisson,
@@ -47,9 +49,11 @@ pub enum Impact {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Simultaneous {
-    /// All together: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0. The default with [`Impact::Newton`], and possible with that law only.
+    /// All together: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, with Moreau's law for the friction. The default with [`Impact::Newton`] and [`Impact::Moreau`],
+    /// and possible with these laws only. With Moreau's law, contacts at rest take part. Files may call it `newton`.
     #[default]
-    Newton,
+    #[serde(alias = "newton")]
+    Together,
     /// The lowest number first, then again the lowest that still approaches. The default with every other law of impact.
     FirstContactFirst,
     /// The highest number first, then again the highest that still approaches.
@@ -99,10 +103,10 @@ pub struct Options {
     /// Which equations are solved. Default `Auto`.
     #[serde(deserialize_with = "crate::serial::values::word")]
     pub model: Model,
-    /// The law of impact. Default `Newton`: no friction in impacts.
+    /// The law of impact. Default `Auto`: Newton's without friction, Moreau's with friction.
     #[serde(deserialize_with = "crate::serial::values::word")]
     pub impact: Impact,
-    /// What happens when several contacts touch down together. The default is `newton` with the law of impact of this name, and
+    /// What happens when several contacts touch down together. The default is `together` with Newton's and Moreau's law of impact, and
     /// `first-contact-first` with the other laws.
     #[serde(
         deserialize_with = "crate::serial::values::some_word",
@@ -153,7 +157,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             model: Model::Auto,
-            impact: Impact::Newton,
+            impact: Impact::Auto,
             simultaneous: None,
             stop: Stop::Rest,
             time: 0.0,
@@ -212,20 +216,54 @@ impl Options {
     }
 
     /// The rule when several contacts touch down together: [`Options::simultaneous`] or, where that is `None`,
-    /// [`Simultaneous::Newton`] with [`Impact::Newton`] and [`Simultaneous::FirstContactFirst`] with every other law.
+    /// [`Simultaneous::Together`] with Newton's and Moreau's law and [`Simultaneous::FirstContactFirst`] with every other law.
     #[must_use]
     pub fn policy(&self) -> Simultaneous {
         self.simultaneous.unwrap_or(match self.impact {
-            Impact::Newton => Simultaneous::Newton,
+            Impact::Auto | Impact::Newton | Impact::Moreau => Simultaneous::Together,
             _ => Simultaneous::FirstContactFirst,
         })
     }
 
-    /// Whether impacts act along the normal only, so that two contacts need no more than their gaps and rates. Without friction every law
-    /// is Newton's, and no contact jams.
+    /// The same options, with the law of impact that acts on contacts with these coefficients of friction.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] if that law is for one contact at a time, and several contacts shall be hit together.
+    pub(crate) fn acting(
+        &self,
+        friction: impl ExactSizeIterator<Item = f64>,
+    ) -> Result<Self, Error> {
+        let (several, rubs) = (friction.len() > 1, friction.fold(0.0, f64::max) > 0.0);
+        let impact = match self.impact {
+            Impact::Auto if rubs => Impact::Moreau,
+            Impact::Auto => Impact::Newton,
+            law => law,
+        };
+        let at_once = matches!(impact, Impact::Newton | Impact::Moreau);
+        if several && !at_once && self.policy() == Simultaneous::Together {
+            return Err(Error::Unusable {
+                field: "simultaneous".into(),
+                value: "together".into(),
+                allowed: "first-contact-first or last-contact-first with a law of impact other than newton and moreau"
+                    .into(),
+            });
+        }
+        Ok(Self { impact, ..*self })
+    }
+
+    /// Whether contacts at rest take part in the impacts of others.
+    pub(crate) fn hits_resting(&self) -> bool {
+        self.impact == Impact::Moreau && self.policy() == Simultaneous::Together
+    }
+
+    /// Whether impacts act along the normal of one contact that approaches, or of two, so that two contacts need no more than their gaps and
+    /// rates. No contact jams without friction.
     pub(crate) fn is_frictionless(&self, posture: &Posture) -> bool {
+        let contacts = posture.contacts();
         self.impact == Impact::Newton && self.jams == Jams::None
-            || posture.contacts().iter().all(|contact| contact.friction == 0.0)
+            || contacts.iter().all(|contact| contact.friction == 0.0)
+                && (contacts.len() == 1 || !self.hits_resting())
     }
 
     /// The options with which a summed tail of this run is followed event by event, until `dt` after the start of the tail.

@@ -99,6 +99,22 @@ pub(crate) const SIMULTANEOUS: f64 = 8.0 * f64::EPSILON;
 /// Impulse of a contact that counts as zero. Unit: the larger of the two impulses that each contact would need alone. Range: 2 ε to 64 ε.
 pub(crate) const UNLOADED: f64 = 4.0 * f64::EPSILON;
 
+/// Error with which a condition of the law of simultaneous impacts holds. Unit: the sum of the sizes of its terms. The equations of a word
+/// have rounding errors of ε times their condition number, which is large for contacts that are close together. A larger value would
+/// take a contact that leaves slowly for one that is hit. Range: 1e-14 to 1e-10.
+pub(crate) const WITHIN_LAW: f64 = 1e-12;
+
+/// Pivot of the equations of simultaneous impacts below which they depend on each other. Unit: the size of its column. The matrix has the
+/// squares of the part of a row that is orthogonal to the others. Range: 1e-15 to 1e-10.
+pub(crate) const DEPENDENT_IMPULSES: f64 = 1e-13;
+
+/// Difference below which two velocities after an impact, and two impulses, are the same. Unit: the largest of them. Range: 1e-11 to 1e-6.
+pub(crate) const ONE_VELOCITY: f64 = 1e-9;
+
+/// Entry of a pivoted table below which it is rounding error. Unit: the largest rate before the impact, with rows of length one. Range:
+/// 1e-13 to 1e-9.
+pub(crate) const PIVOT_ZERO: f64 = 1e-11;
+
 /// Rate dv_n/dp of a sliding contact (normal velocity per normal impulse) below which the contact jams. Unit: the same rate without
 /// friction. A slide that jams ends where the rate vanishes. Range: 1e-12 to 1e-6.
 pub(crate) const JAMMED_SLIDE: f64 = 1e-9;

@@ -674,7 +674,7 @@ fn ties_follow_the_policy_and_are_named() {
         simulate_local(&m, &start([0.5, 0.5], [0.0, 0.0]), &options).unwrap()
     };
     for (policy, expected) in [
-        (Simultaneous::Newton, [0.3, 0.3]),
+        (Simultaneous::Together, [0.3, 0.3]),
         (Simultaneous::FirstContactFirst, [0.5275, 0.105]),
         (Simultaneous::LastContactFirst, [0.105, 0.5275]),
     ] {

@@ -163,7 +163,7 @@ fn scene() -> impl Strategy<Value = Scene> {
         prop_oneof![1 => Just([0.0; 2]), 3 => [-2.0..2.0, -2.0..2.0]],
         spin,
         prop_oneof![Just(Model::Auto), Just(Model::Local), Just(Model::Full)],
-        prop_oneof![3 => Just(Simultaneous::Newton), 1 => Just(Simultaneous::FirstContactFirst),
+        prop_oneof![3 => Just(Simultaneous::Together), 1 => Just(Simultaneous::FirstContactFirst),
             1 => Just(Simultaneous::LastContactFirst)],
         prop_oneof![Just(None), (0.0..8.0).prop_map(Some)],
     )
@@ -375,7 +375,7 @@ fn check_impacts(run: &Trajectory, yard: &Yardstick) {
         let twin = |other: Option<&standfast::outcome::ImpactRecord>| {
             other.is_some_and(|o| o.elapsed == impact.elapsed && o.contact != impact.contact)
         };
-        let together = run.options().policy() == Simultaneous::Newton
+        let together = run.options().policy() == Simultaneous::Together
             && (twin(impacts.get(k + 1)) || k > 0 && twin(impacts.get(k - 1)));
         let denormal = w > -1e-290;
         if posture.contacts().len() < 2 || together || denormal {

@@ -126,7 +126,7 @@ mod _core {
     /// >>> sf.simulate(ball, q=(0, 5, 0), qdot=(0, 0, 0)).time     # √(2h/g)(1+e)/(1−e)
     /// 3.0
     #[pyfunction]
-    #[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"newton\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", tolerance=1e-12, record=True, certify=False)")]
+    #[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", tolerance=1e-12, record=True, certify=False)")]
     fn simulate(
         py: Python<'_>,
         #[pyo3(from_py_with = crate::stability::standing)] posture: Standing,

@@ -14,7 +14,7 @@ use crate::options::Impact;
 use crate::tolerance::JAMMED_SLIDE;
 
 /// The warning of a run with [`Impact::Newton`] in which a contact with friction is hit.
-pub(crate) const NO_FRICTION: &str = "friction acts between impacts only: a contact with friction was hit, and impact = \"newton\" has no friction in impacts; \"poisson\", \"stronge\", \"chatterjee-ruina\" and \"moreau\" have it";
+pub(crate) const NO_FRICTION: &str = "friction acts between impacts only: a contact with friction was hit, and impact = \"newton\" has no friction in impacts; the default \"auto\", \"poisson\", \"stronge\", \"chatterjee-ruina\" and \"moreau\" have it";
 
 /// Impact matrix of a contact, per unit mass.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +30,14 @@ pub(crate) struct Material {
     pub(crate) friction: f64,
     pub(crate) restitution: f64,
     pub(crate) tangential_restitution: f64,
+}
+
+impl Material {
+    /// The coefficients that act in impacts by this law: Newton's has no friction.
+    pub(crate) fn in_impacts(self, law: Impact) -> Self {
+        let friction = if law == Impact::Newton { 0.0 } else { self.friction };
+        Self { friction, ..self }
+    }
 }
 
 /// A straight piece of Routh's process: slopes of v_n and of P_t.
@@ -135,7 +143,7 @@ pub(crate) fn impulse(
     let Material { friction: mu, restitution: e, tangential_restitution: e_t } = *material;
     let [v_t, v_n] = v;
     match law {
-        Impact::Newton => Some([0.0, -(1.0 + e) * v_n / w.nn]),
+        Impact::Auto | Impact::Newton => Some([0.0, -(1.0 + e) * v_n / w.nn]),
         Impact::Poisson => {
             let process = Process::new(w, v, mu);
             Some(process.impulse((1.0 + e) * process.compression()))

@@ -2,3 +2,5 @@
 
 pub(crate) mod friction;
 pub(crate) mod newton;
+mod pivoting;
+pub(crate) mod together;

@@ -1,9 +1,11 @@
 //! Impacts: one at a time by the impact law of the options, several at once, or at a contact that jams.
 
+use nalgebra::Vector3;
+
 use crate::body::contact::ContactValues;
 use crate::collisions::log::names;
 use crate::impact::friction::{self, Material, NO_FRICTION, plastic_jam};
-use crate::modes::{ContactProblem, Level, Method, ProblemFields, contact_modes};
+use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, together};
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
 use crate::motion::record::ListedImpact;
@@ -33,12 +35,22 @@ impl Driver<'_, AnyContacts> {
             if names.len() > 1 {
                 self.warn_once(tie);
             }
-            if self.options.policy() == Simultaneous::Newton {
-                return if self.sum_up(chosen[0]) {
-                    self.wedge_or_stop(chosen, 0.0)
-                } else {
-                    self.together(chosen)
-                };
+        }
+        if self.options.policy() == Simultaneous::Together {
+            let points = &self.body.state.points;
+            let parties: ContactValues<usize> = if self.options.hits_resting() {
+                (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u <= 0.0).collect()
+            } else {
+                chosen.clone()
+            };
+            if parties.len() > 1 {
+                if self.sum_up(chosen[0]) {
+                    return self.wedge_or_stop(&parties, 0.0);
+                }
+                if let Some(fastest) = self.together(&parties) {
+                    return self.wedge_or_stop(&parties, fastest);
+                }
+                self.warn_once(NONE_TOGETHER.into());
             }
         }
         let last = self.options.policy() == Simultaneous::LastContactFirst;
@@ -215,49 +227,54 @@ impl Driver<'_, AnyContacts> {
         }
     }
 
-    /// Newton's frictionless law for all these contacts at once: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0, a contact-mode problem without friction. Contacts
-    /// that do not approach have no impulse: with P_i > 0 only where u_i⁺ = −e u_i⁻ and u_i⁻ < 0, the kinetic energy changes by
-    /// ½ Σ P_i (u_i⁺ + u_i⁻) = ½ Σ (1 − e) P_i u_i⁻ ≤ 0. Those that approach after it are hit next.
-    fn together(&mut self, hit: &[usize]) -> Option<Outcome> {
-        let (n, state) = (self.body.state.points.len(), &self.body.state);
-        let restitutions: Vec<f64> = (0..n).map(|i| self.material(i).restitution).collect();
-        let before: Vec<f64> = state.points.iter().map(|p| p.u).collect();
-        // Rates of one rigid body: those stored per contact have separate rounding errors, of faster motions.
-        let (v, omega) = (state.center.v, state.spin.omega);
-        let rate = |p: &ContactState| (p.normal.dot(&v) + p.b * omega).min(0.0);
-        let listed = self.rates();
-        let is_hit: Vec<bool> = (0..n).map(|i| hit.contains(&i)).collect();
-        let problem = ContactProblem::new(ProblemFields {
-            friction: vec![0.0; n],
-            // Without friction the sign of sliding has no effect; a non-zero sign saves the search.
-            sliding: is_hit.iter().map(|hit| hit.then_some(1)).collect(),
-            bias: (0..n).map(|i| [0.0, restitutions[i] * rate(&state.points[i])]).collect(),
-            // Beside a fast slide, which has no effect here, slow landings would count as ties.
-            free_acceleration: state.seen(&is_hit),
-            level: Level::Impulse,
-            ..state.fields(1.0) // impulses per unit mass
-        });
-        let modes = problem.and_then(|problem| contact_modes(&problem, Method::Enumerate)).ok();
-        let answer = modes.as_ref().and_then(|modes| modes.consistent().next());
-        let Some(forces) = answer.map(|answer| answer.forces.clone()) else {
-            self.record
-                .warnings
-                .push("the law of impact has no solution for the simultaneous impacts".into());
-            return Some(Outcome::Inconsistent);
+    /// The law of impact for all these contacts at once. Those that approach after it are hit next. Returns the speed of the fastest, in m/s;
+    /// `None` if the law has no solution.
+    fn together(&mut self, hit: &[usize]) -> Option<f64> {
+        let state = &self.body.state;
+        let parties: ContactValues<Party> = hit
+            .iter()
+            .map(|&i| {
+                let before = [state.slip(i), state.points[i].u];
+                Party { before, material: self.material(i).in_impacts(self.options.impact) }
+            })
+            .collect();
+        let rho = state.rho2.sqrt();
+        let row = |k: usize| {
+            let p = &state.points[hit[k / 2]];
+            let (along, turn) = match k % 2 {
+                0 => (p.tangent, -p.touching_c()),
+                _ => (p.normal, p.b),
+            };
+            Vector3::new(along.x, along.y, turn / rho)
         };
-        let pushed = || forces.iter().enumerate().filter(|(_, force)| force[1] > 0.0);
-        for (i, force) in pushed() {
-            self.apply_impulse(i, [0.0, force[1]]);
+        let Together { impulses, hit: is_hit, several } =
+            together(&parties, |k, l| row(k).dot(&row(l)), 3)?;
+        if several {
+            self.warn_once(SEVERAL.into());
         }
-        for (i, force) in pushed() {
-            self.body.state.points[i].u = -restitutions[i] * before[i];
-            self.log.hits += 1;
-            let contact = self.body.state.points[i].place.contact;
-            self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
-            self.write_down(i, listed.clone(), before[i], [0.0, force[1]]);
+        let listed = self.rates();
+        let points = &self.body.state.points;
+        let roundings: ContactValues<f64> = hit.iter().map(|&i| points[i].rounding.rate).collect();
+        for (&i, &impulse) in hit.iter().zip(&impulses) {
+            if impulse != [0.0; 2] {
+                self.apply_impulse(i, impulse);
+            }
         }
-        let fastest = before.iter().fold(0.0_f64, |most, u| most.max(-u));
-        self.wedge_or_stop(hit, fastest)
+        for (k, &i) in hit.iter().enumerate() {
+            let Party { before: [_, rate], material } = parties[k];
+            if is_hit[k] {
+                let p = &mut self.body.state.points[i];
+                p.u = -material.restitution * rate + 0.0; // exact by the law, without rounding error
+                p.rounding.rate = material.restitution * roundings[k] + f64::EPSILON * p.u.abs();
+            }
+            if impulses[k] != [0.0; 2] {
+                self.log.hits += 1;
+                let contact = self.body.state.points[i].place.contact;
+                self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
+                self.write_down(i, listed.clone(), rate, impulses[k]);
+            }
+        }
+        Some(parties.iter().fold(0.0, |most, party| most.max(-party.before[1])))
     }
 
     /// After an impact of these points with the speed `hit` (m/s): those that have come to rest in vertices are on both pieces from now on.

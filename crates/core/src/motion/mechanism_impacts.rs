@@ -5,6 +5,7 @@ use crate::body::ContactSpace;
 use crate::body::contact::{ContactLetters, ContactValues};
 use crate::collisions::log::names;
 use crate::impact::friction::{self, Material, NO_FRICTION, plastic_jam};
+use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, together};
 use crate::math::clock::Clock;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::math::simplex::maximise;
@@ -18,8 +19,7 @@ use crate::outcome::{Cause, ContactNumber, Outcome, ZenoMethod};
 use crate::sustained::jam::by_contact;
 use crate::sustained::mechanism::{GapState, MechanismState};
 use crate::tolerance::{
-    CONTACT_STOPPED, CYCLE_RATIO_ROUNDINGS, DEPENDENT_ROW, HIT_IN_TURN, REACHED, REMAINDER_FACTOR,
-    STILL, UNLOADED,
+    CONTACT_STOPPED, CYCLE_RATIO_ROUNDINGS, HIT_IN_TURN, REACHED, REMAINDER_FACTOR, STILL,
 };
 
 /// Number of impacts of a contact before the first attempt to sum its bounces.
@@ -47,12 +47,22 @@ impl Driver<'_, Jointed> {
                 "contacts {} collided at the same instant; the outcome depends on the policy `simultaneous`",
                 numbers.join(", ")
             ));
-            if self.options.policy() == Simultaneous::Newton {
-                return if self.sum_up(chosen[0]) {
-                    self.stop_slow(0.0)
-                } else {
-                    self.together(chosen)
-                };
+        }
+        if self.options.policy() == Simultaneous::Together {
+            let points = &self.body.state.points;
+            let parties: ContactValues<usize> = if self.options.hits_resting() {
+                (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u <= 0.0).collect()
+            } else {
+                chosen.clone()
+            };
+            if parties.len() > 1 {
+                if self.sum_up(chosen[0]) {
+                    return self.stop_slow(0.0);
+                }
+                if let Some(end) = self.together(&parties) {
+                    return end;
+                }
+                self.warn_once(NONE_TOGETHER.into());
             }
         }
         let last = self.options.policy() == Simultaneous::LastContactFirst;
@@ -144,34 +154,51 @@ impl Driver<'_, Jointed> {
         self.body.sequence.pushed(i, impulse[0], &change);
     }
 
-    /// Newton's frictionless law for all these contacts at once: u⁺ + e u⁻ ≥ 0 ⊥ P ≥ 0.
-    fn together(&mut self, hit: &[usize]) -> Option<Outcome> {
-        let before: Vec<f64> = self.body.state.points.iter().map(|p| p.u).collect();
-        let e = |i: usize| self.body.mechanism.restitution(i);
-        let need: Vec<f64> = hit.iter().map(|&i| -(1.0 + e(i)) * before[i]).collect();
-        let Some(impulses) = frictionless(self.body.space(), hit, &need) else {
-            self.record
-                .warnings
-                .push("the law of impact has no solution for the simultaneous impacts".into());
-            return Some(Outcome::Inconsistent);
+    /// The law of impact for all these contacts at once. Those that approach after it are hit next. `None` if the law has no solution.
+    fn together(&mut self, hit: &[usize]) -> Option<Option<Outcome>> {
+        let (space, state) = (self.body.mechanism.contact_space(), &self.body.state);
+        let parties: ContactValues<Party> = hit
+            .iter()
+            .map(|&i| {
+                let before = [state.slip(space, i), state.points[i].u];
+                Party { before, material: self.material(i).in_impacts(self.options.impact) }
+            })
+            .collect();
+        let row = |k: usize| match k % 2 {
+            0 => space.tangent(hit[k / 2]),
+            _ => space.normal_row(hit[k / 2]),
         };
-        let after: Vec<f64> = hit.iter().map(|&i| -e(i) * before[i]).collect();
+        let coordinates = space.pull().len();
+        let found = together(&parties, |k, l| row(k).dot(row(l)), coordinates);
+        let Together { impulses, hit: is_hit, several } = found?;
+        if several {
+            self.warn_once(SEVERAL.into());
+        }
         let listed = self.rates();
-        let pushed = || hit.iter().zip(&impulses).zip(&after).filter(|((_, p), _)| **p > 0.0);
-        let pushes: Vec<(usize, f64, f64)> = pushed().map(|((i, p), u)| (*i, *p, *u)).collect();
-        for &(i, p, _) in &pushes {
-            self.apply_impulse(i, [0.0, p]);
+        for (&i, &impulse) in hit.iter().zip(&impulses) {
+            if impulse != [0.0; 2] {
+                self.apply_impulse(i, impulse);
+            }
         }
-        let all = pushes.len() == self.body.state.points.len();
-        for &(i, p, u) in &pushes {
-            self.body.state.points[i].u = u;
-            self.hit_once(i, listed.clone(), before[i], [0.0, p]);
+        for (k, &i) in hit.iter().enumerate() {
+            let Party { before: [_, rate], material } = parties[k];
+            if is_hit[k] {
+                self.body.state.points[i].u = -material.restitution * rate + 0.0;
+            }
+            if impulses[k] != [0.0; 2] {
+                self.hit_once(i, listed.clone(), rate, impulses[k]);
+            }
         }
+        let pushed = |(party, impulse): (&Party, &[f64; 2])| {
+            party.material.friction == 0.0 && impulse[1] > 0.0
+        };
+        let all = impulses.len() == self.body.state.points.len()
+            && parties.iter().zip(&impulses).all(pushed);
         if all && let Some(end) = self.bounce_in_step() {
-            return end;
+            return Some(end);
         }
-        let fastest = before.iter().fold(0.0_f64, |most, u| most.max(-u));
-        self.stop_slow(fastest)
+        let fastest = parties.iter().fold(0.0_f64, |most, party| most.max(-party.before[1]));
+        Some(self.stop_slow(fastest))
     }
 
     /// As for bodies: infinitely many impacts at one instant, in cycles that shrink in one ratio, are summed.
@@ -420,92 +447,6 @@ impl Driver<'_, Jointed> {
         }
         Some((t, end))
     }
-}
-
-/// The impulses P ≥ 0 along the normals of these contacts after which ΔU = N·(Nᵀ P) ≥ `need`, with equality where P > 0; `None` if there are
-/// none. This is the least impulse, min ½|Nᵀ P|² − needᵀ P: contacts are added one by one, the one that lacks most first (Lawson & Hanson
-/// 1974).
-fn frictionless(space: &ContactSpace, hit: &[usize], need: &[f64]) -> Option<Vec<f64>> {
-    let n = hit.len();
-    let d = |k: usize, l: usize| space.normal(hit[k], hit[l]);
-    let size = need.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-    let mut p = vec![0.0; n];
-    let mut on: Vec<usize> = Vec::new();
-    for _ in 0..8 * n {
-        let lacks = |k: usize| need[k] - (0..n).map(|l| d(k, l) * p[l]).sum::<f64>();
-        let worst = (0..n)
-            .filter(|k| !on.contains(k))
-            .map(|k| (lacks(k), k))
-            .max_by(|a, b| a.0.total_cmp(&b.0));
-        let Some((_, k)) = worst.filter(|(lack, _)| *lack > UNLOADED.max(DEPENDENT_ROW) * size)
-        else {
-            return Some(p);
-        };
-        on.push(k);
-        loop {
-            let Some(step) = solved(&on, d, need) else {
-                // The row of k depends on the others: its impulse replaces theirs, until one of them is zero.
-                on.pop();
-                let share = solved(&on, d, &(0..n).map(|l| d(l, k)).collect::<Vec<_>>())?;
-                let (room, at) = on
-                    .iter()
-                    .zip(&share)
-                    .enumerate()
-                    .filter(|(_, (_, share))| **share > 0.0)
-                    .map(|(at, (l, share))| (p[*l] / share, at))
-                    .min_by(|a, b| a.0.total_cmp(&b.0))?;
-                on.iter().zip(&share).for_each(|(l, share)| p[*l] -= room * share);
-                p[k] = room;
-                p[on[at]] = 0.0;
-                on[at] = k;
-                continue;
-            };
-            let short = on
-                .iter()
-                .zip(&step)
-                .filter(|(_, to)| **to <= 0.0)
-                .map(|(l, to)| p[*l] / (p[*l] - to))
-                .fold(1.0, f64::min);
-            on.iter().zip(&step).for_each(|(l, to)| p[*l] += short * (to - p[*l]));
-            if short >= 1.0 {
-                break;
-            }
-            on.retain(|l| {
-                let stays = p[*l] > UNLOADED * size;
-                if !stays {
-                    p[*l] = 0.0;
-                }
-                stays
-            });
-        }
-    }
-    None
-}
-
-/// x with Σ_l d(k, l) x_l = right_k for these rows and columns, by Cholesky; `None` if the matrix is singular.
-fn solved(on: &[usize], d: impl Fn(usize, usize) -> f64, right: &[f64]) -> Option<Vec<f64>> {
-    let n = on.len();
-    let mut l = vec![vec![0.0; n]; n];
-    for i in 0..n {
-        for j in 0..=i {
-            let left = d(on[i], on[j]) - (0..j).map(|k| l[i][k] * l[j][k]).sum::<f64>();
-            if i > j {
-                l[i][j] = left / l[j][j];
-            } else if left > DEPENDENT_ROW * d(on[i], on[i]) {
-                l[i][i] = left.sqrt();
-            } else {
-                return None;
-            }
-        }
-    }
-    let mut x = vec![0.0; n];
-    for i in 0..n {
-        x[i] = (right[on[i]] - (0..i).map(|k| l[i][k] * x[k]).sum::<f64>()) / l[i][i];
-    }
-    for i in (0..n).rev() {
-        x[i] = (x[i] - (i + 1..n).map(|k| l[k][i] * x[k]).sum::<f64>()) / l[i][i];
-    }
-    Some(x)
 }
 
 /// Impulses (tangential, normal) in the friction cones of these contacts that stop all motion; `None` if there are none.

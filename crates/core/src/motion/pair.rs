@@ -401,7 +401,7 @@ impl<'a> Driver<'a, Pair> {
         let (mut together, mut in_step) = (false, false);
         if coming == [true, true] {
             self.warn_of_tie();
-            together = self.options.policy() == Simultaneous::Newton;
+            together = self.options.policy() == Simultaneous::Together;
         }
         let first = match (coming, self.options.policy()) {
             ([true, true], Simultaneous::LastContactFirst) | ([false, true], _) => 1,

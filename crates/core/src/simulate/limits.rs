@@ -4,7 +4,7 @@ use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::error::{Error, LARGEST, in_range};
 use crate::modes::LONGEST_ARM;
-use crate::options::{Impact, Options, Simultaneous, Stop};
+use crate::options::{Impact, Options, Stop};
 
 /// Checks the landing speeds of several contacts, |u| + √(2gh). Collisions in turn compute products of three of them, which must
 /// stay in the range of doubles until the speeds have shrunk by all digits of the time.
@@ -97,16 +97,6 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
         });
     }
     let contacts = posture.contacts();
-    let together = options.policy() == Simultaneous::Newton;
-    if contacts.len() > 1 && options.impact != Impact::Newton && together {
-        return Err(Error::Unusable {
-            field: "simultaneous".into(),
-            value: "newton".into(),
-            allowed:
-                "first-contact-first or last-contact-first with a law of impact other than newton"
-                    .into(),
-        });
-    }
     let fields = posture.fields();
     let reach = posture.geometry().iter().map(ContactGeometry::reach).fold(0.0, f64::max);
     in_range(

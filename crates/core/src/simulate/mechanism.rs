@@ -4,7 +4,7 @@ use crate::body::Mechanism;
 use crate::error::{Error, finite};
 use crate::motion::frame::{Base, MechanismStart};
 use crate::motion::{Driver, Jointed};
-use crate::options::{Impact, Model, Options, Simultaneous};
+use crate::options::{Model, Options};
 use crate::outcome::ModelReason;
 use crate::simulate::limits::{clatters, touch};
 use crate::simulate::trajectory::Trajectory;
@@ -66,14 +66,8 @@ pub fn simulate_mechanism_until(
     if options.certify {
         return Err(unusable("certify", "true".into(), "false for a mechanism".into()));
     }
-    if options.impact != Impact::Newton
-        && mechanism.contacts().len() > 1
-        && options.policy() == Simultaneous::Newton
-    {
-        let allowed =
-            "first-contact-first or last-contact-first with a law of impact other than newton";
-        return Err(unusable("simultaneous", "newton".into(), allowed.into()));
-    }
+    let friction = mechanism.contacts().iter().map(|contact| contact.friction);
+    let options = &options.acting(friction)?;
     let dof = mechanism.dof();
     for (name, values) in [("q", q), ("qdot", qdot)] {
         if values.len() != dof {

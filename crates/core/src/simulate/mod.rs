@@ -25,7 +25,7 @@ use crate::error::{Error, finite};
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::Driver;
 use crate::motion::frame::{Base, Frame, Snapshot};
-use crate::options::{Model, Options};
+use crate::options::{Impact, Model, Options};
 use crate::outcome::ModelReason;
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{clatters, reachable, returns, touch};
@@ -47,7 +47,7 @@ use crate::zeno::Gaps;
 /// # Errors
 ///
 /// An option or a quantity out of range; a state that is not finite, or that penetrates the terrain by more than [`TOUCH`](crate::tolerance::TOUCH) of
-/// the size of the body; [`Simultaneous::Newton`](crate::options::Simultaneous::Newton) with an impact law other than Newton's.
+/// the size of the body; [`Simultaneous::Together`](crate::options::Simultaneous::Together) with a law of impact for one contact at a time.
 pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
     let run = Simulation::new(posture, *state, *options).run()?;
     Ok(run.unwrap_or_else(|| unreachable!("nothing stops this run")))
@@ -95,6 +95,7 @@ pub fn simulate_local_until(
     let (gaps, rates) = (start.gaps.unsigned_zero(), start.rates.unsigned_zero());
     let theta = finite("theta", start.theta)?.unsigned_zero();
     let omega = finite("omega", start.omega)?.unsigned_zero();
+    let options = &Options { impact: Impact::Newton, ..*options }; // no contact has friction
     let (h, warnings) = checked(model, gaps, rates, options)?;
     let base = Base::of_parameters(model, LocalState { gaps, rates, theta, omega });
     let gaps = Gaps { h, u: rates };

@@ -92,6 +92,7 @@ impl<'a> Simulation<'a> {
     /// The same with checked start and excitation. `options` have been checked.
     fn checked(&self) -> Result<Self, Error> {
         let Self { posture, start, ref options, excitation, .. } = *self;
+        let options = &options.acting(posture.contacts().iter().map(|contact| contact.friction))?;
         solvable(posture, options)?;
         start.validate()?;
         if options.edges == Edges::Contact {
@@ -107,7 +108,7 @@ impl<'a> Simulation<'a> {
                 });
             }
         }
-        Ok(Self { start: start.unsigned_zero(), ..*self })
+        Ok(Self { start: start.unsigned_zero(), options: *options, ..*self })
     }
 
     fn motion(&self) -> Result<Option<Trajectory>, Error> {

@@ -13,7 +13,7 @@ use crate::body::state::State;
 use crate::error::Error;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::math::random::Random;
-use crate::options::{Jams, Model, Options};
+use crate::options::{Impact, Jams, Model, Options};
 use crate::outcome::Outcome;
 use crate::simulate::{Simulation, simulate_mechanism_until};
 use crate::stability::conditions::{touching, with_contacts};
@@ -99,6 +99,7 @@ pub fn trials(
     let speed = KICK * (gravity * size).sqrt();
     let options = Options {
         model: Model::Local,
+        impact: Impact::Newton,
         jams,
         record: false,
         neighbourhood: LEFT * size,
@@ -158,6 +159,7 @@ pub fn mechanism_trials(
     let (count, dof) = (mechanism.contacts().len(), space.pull().len());
     let speed = KICK * space.largest_pull().sqrt() / space.reach();
     let options = Options {
+        impact: Impact::Newton,
         jams,
         record: false,
         neighbourhood: LEFT,

@@ -197,21 +197,6 @@ impl BodyState {
         rank > 0 && self.independent(&modes).len() == rank
     }
 
-    /// The part of the velocity (v, ω) that determines the rates of these contacts. The rest is orthogonal to it in the metric of
-    /// the mass; no force along these normals changes it. If the rest is smaller, this is the whole velocity, to the last bit.
-    pub(crate) fn seen(&self, contacts: &[bool]) -> [f64; 3] {
-        let rho = self.rho2.sqrt();
-        let v = Vector3::new(self.center.v.x, self.center.v.y, rho * self.spin.omega);
-        let mode = |on: &bool| if *on { Mode::Right } else { Mode::Separate };
-        let modes: ContactLetters<_> = contacts.iter().map(mode).collect();
-        let along = |row: &Row| row.direction * row.direction.dot(&v);
-        let mut seen: Vector3<f64> = self.independent(&modes).iter().map(along).sum();
-        if seen.norm_squared() >= 0.5 * v.norm_squared() {
-            seen = v;
-        }
-        [seen.x, seen.y, seen.z / rho]
-    }
-
     /// Whether these contacts, closed, leave the body one degree of freedom.
     pub(crate) fn leaves_one_motion(&self, closed: &[bool]) -> bool {
         if closed.iter().filter(|&&closed| closed).count() < 2 {
