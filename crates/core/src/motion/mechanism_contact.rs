@@ -77,6 +77,7 @@ impl Driver<'_, Jointed> {
                 state.hold(mechanism.contact_space(), &word, friction);
             }
             self.log.enter(&word);
+            self.body.laps.hold(&word, self.log.clock);
             for (resting, mode) in self.resting.iter_mut().zip(&word) {
                 *resting = *mode != Mode::Separate;
             }
