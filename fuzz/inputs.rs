@@ -215,7 +215,7 @@ impl Bytes<'_> {
             options.simultaneous = Some(self.pick(&[
                 Simultaneous::FirstContactFirst,
                 Simultaneous::LastContactFirst,
-                Simultaneous::Newton,
+                Simultaneous::Together,
             ]));
         }
         options.stop = self.pick(&[Stop::Rest, Stop::Rest, Stop::Zeno, Stop::Time]);

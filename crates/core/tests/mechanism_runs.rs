@@ -6,6 +6,7 @@ mod random;
 
 use random::Random;
 use standfast::body::{ContactRows, Mechanism, MechanismFields};
+use standfast::outcome::{ZenoMethod, ZenoPoint};
 use standfast::simulate::simulate_mechanism;
 use standfast::{
     Contact, Impact, Model, Options, Outcome, Posture, PostureFields, State, Trajectory, simulate,
@@ -125,6 +126,10 @@ fn two_thousand_rigid_bodies_move_as_in_their_local_models() {
 fn random_mechanism(random: &mut Random) -> Mechanism {
     let dof = 2 + (random.next() * 7.0) as usize;
     let count = 1 + (random.next() * 4.0) as usize;
+    mechanism_of(random, dof, count)
+}
+
+fn mechanism_of(random: &mut Random, dof: usize, count: usize) -> Mechanism {
     let mut numbers = |n: usize| (0..n).map(|_| random.between(-1.0, 1.0)).collect::<Vec<f64>>();
     let parts: Vec<Vec<f64>> = (0..dof).map(|_| numbers(dof)).collect();
     let mass_matrix = (0..dof)
@@ -168,7 +173,7 @@ fn kicked(mechanism: &Mechanism, random: &mut Random) -> Option<[Vec<f64>; 2]> {
 /// The mechanism with one coefficient of restitution for all contacts and both directions.
 fn with_one_restitution(mechanism: &Mechanism) -> Mechanism {
     let mut fields = mechanism.fields().clone();
-    let e = fields.contacts[0].restitution.unwrap();
+    let e = fields.contacts[0].restitution.unwrap_or(fields.restitution);
     for contact in &mut fields.contacts {
         (contact.restitution, contact.tangential_restitution) = (Some(e), e);
     }
@@ -233,6 +238,129 @@ fn energy_never_rises() {
 #[ignore = "takes a minute"]
 fn energy_never_rises_in_ten_thousand_runs() {
     println!("{:?}", energies(10_000));
+}
+
+/// How many sums of cycles there are in some runs, and how many have tails with too many events to follow.
+#[derive(Debug, Default, PartialEq)]
+struct Sums {
+    sums: usize,
+    deep: usize,
+}
+
+/// The energy of a run does not rise. At each of its sums of cycles in which a contact lands while the other is held: the same run, followed
+/// cycle by cycle until shortly before the limit of the sum, comes near this limit.
+fn check_cycles(run: &Trajectory, what: &str, found: &mut Sums) {
+    let mechanism = run.mechanism().unwrap();
+    let [q, qdot] = run.mechanism_start().unwrap();
+    let mut reader = run.reader();
+    let mut before = f64::INFINITY;
+    let load = &mechanism.fields().load;
+    let first = mechanism.energy(q, qdot).abs();
+    for t in run.sample_times(60).unwrap() {
+        let (Ok(energy), Ok(Some([q, _]))) = (reader.energy(t), reader.coordinates(t)) else {
+            continue;
+        };
+        let work: f64 = load.iter().zip(&q).map(|(f, q)| (f * q).abs()).sum();
+        let allowed = 1e-11 * (first + work.min(1e300)); // rounding errors of the run and of the energy
+        assert!(energy <= before + allowed, "{what}: {before} {energy} at {t}");
+        before = energy;
+    }
+    let fastest = qdot.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let nested = |zeno: &&ZenoPoint| zeno.method == ZenoMethod::Nested;
+    for zeno in run.zeno_points().iter().filter(nested) {
+        let sum = run.phases().iter().find(|phase| phase.end == zeno.time).unwrap();
+        let t = zeno.time - sum.start;
+        found.sums += 1;
+        // Largest difference of velocities, this part of the sum before its limit.
+        let off = |part: f64| {
+            let limit = Some(zeno.time - part * t);
+            let options = Options { time_limit: limit, event_limit: 200_000, ..*run.options() };
+            let run = simulate_mechanism(mechanism, q, qdot, &options).unwrap();
+            let ([_, v], limit) = (run.coordinates().unwrap(), zeno.qdot.as_ref().unwrap());
+            let far = v.iter().zip(limit).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            (run.outcome() == Outcome::TimeLimit).then_some(far)
+        };
+        let [Some(a), Some(b), Some(c), Some(last)] = [1.0, 0.6, 0.3, 1e-5].map(off) else {
+            found.deep += 1;
+            continue;
+        };
+        // Velocities differ in proportion to the time left, but for what a cycle adds to it, and for speeds that count as zero.
+        let allowed = 1e-3 * a.max(b).max(c) + 1e-9 * fastest;
+        assert!(last <= allowed, "{what}: {a:e} {b:e} {c:e} {last:e} at {}", zeno.time);
+    }
+}
+
+/// Runs of this number of mechanisms of two contacts, of rigid bodies or with free joints.
+fn cycles(count: usize, bodies: bool) -> Sums {
+    let mut random = Random(17);
+    let (mut found, mut runs) = (Sums::default(), 0);
+    while runs < count {
+        let dof = 3 + (random.next() * 4.0) as usize;
+        let mechanism = match bodies {
+            true => Mechanism::of_posture(&posture(&mut random, 2)).unwrap(),
+            false => mechanism_of(&mut random, dof, 2),
+        };
+        let Some([q, qdot]) = kicked(&mechanism, &mut random) else { continue };
+        let impact = LAWS[if runs % 2 == 0 { 0 } else { runs / 2 % 5 }];
+        let one = with_one_restitution(&mechanism);
+        let mechanism = if impact == Impact::Moreau { one } else { mechanism };
+        runs += 1;
+        let options =
+            Options { impact, event_limit: 5_000, time_limit: Some(20.0), ..Options::default() };
+        let run = simulate_mechanism(&mechanism, &q, &qdot, &options).unwrap();
+        check_cycles(&run, &format!("{impact:?} {runs}"), &mut found);
+    }
+    found
+}
+
+fn compare_cycles(count: usize) {
+    for bodies in [false, true] {
+        let found = cycles(count, bodies);
+        println!("{found:?}");
+        assert!(2 * found.sums > count && 20 * found.deep < found.sums, "{found:?}");
+    }
+}
+
+#[test]
+fn sums_of_cycles_are_the_limits_of_cycles_followed_one_by_one() {
+    compare_cycles(500);
+}
+
+#[test]
+#[ignore = "takes three minutes"]
+fn ten_thousand_runs_with_sums_of_cycles() {
+    compare_cycles(10_000);
+}
+
+/// A contact that sticks in the cycles would slide at their limit: energy would rise.
+#[test]
+fn cycles_are_not_summed_across_a_turn_of_the_slide() {
+    let mass_matrix = [
+        [3.49, 2.31, -3.63, -2.92],
+        [2.31, 4.19, -2.79, -1.84],
+        [-3.63, -2.79, 5.72, 4.47],
+        [-2.92, -1.84, 4.47, 4.08],
+    ];
+    let contact = |normal: [f64; 4], tangential: [f64; 4], friction: f64| ContactRows {
+        normal: normal.to_vec(),
+        tangential: tangential.to_vec(),
+        friction,
+        ..ContactRows::default()
+    };
+    let mechanism = Mechanism::new(MechanismFields {
+        mass_matrix: mass_matrix.map(|row| row.to_vec()).to_vec(),
+        load: vec![-3.99, -3.43, -10.15, 6.03],
+        contacts: vec![
+            contact([0.83, 0.38, 1.55, -0.75], [0.95, -1.6, -0.03, -1.93], 0.47),
+            contact([0.64, 0.64, 1.77, -1.25], [-0.15, 0.47, 1.23, -0.41], 0.07),
+        ],
+        restitution: 0.7,
+        ..MechanismFields::default()
+    })
+    .unwrap();
+    let (q, qdot) = ([0.03, -0.01, 0.01, 0.02], [-0.81, 0.47, 0.07, 0.57]);
+    let run = simulate_mechanism(&mechanism, &q, &qdot, &Options::default()).unwrap();
+    check_cycles(&run, "four coordinates", &mut Sums::default());
 }
 
 /// 75 impacts at one instant, a sum of infinitely many of them, and more impacts at this instant.

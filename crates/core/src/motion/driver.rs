@@ -14,6 +14,8 @@
 
 use std::collections::BTreeSet;
 
+use nalgebra::Vector3;
+
 use crate::body::contact::ContactValues;
 use crate::body::posture::Posture;
 use crate::collisions::log::{Log, names};
@@ -55,7 +57,7 @@ pub(crate) struct Driver<'a, C> {
     pub(super) cause: Option<Cause>,
     /// Whether no event has occurred yet.
     pub(super) fresh: bool,
-    pub(super) nested: NestedSequence,
+    pub(super) nested: NestedSequence<Vector3<f64>>,
     pub(super) watch: GroundWatch,
     pub(super) edges: EdgeWatch,
     /// The last instant at which a sliding contact left its piece of ground, and how often it has at this instant.

@@ -12,7 +12,7 @@ use crate::modes::Mode;
 use crate::motion::bounces::Bounces;
 use crate::motion::driver::{self, Coordinates as _, Driver, DriverStep};
 use crate::motion::frame::Base;
-use crate::motion::mechanism_impacts::Laps;
+use crate::motion::nested::{Landed, NestedSequence};
 use crate::motion::record::{Moment, Motion, Tail, ZenoRecord};
 use crate::motion::slow::{InstantImpacts, SlowContacts, chatter_warning};
 use crate::options::{Impact, Jams, Options, Stop};
@@ -40,7 +40,8 @@ pub(crate) struct Jointed {
     pub(super) friction_warned: bool,
     pub(super) last: LastImpacts,
     pub(super) bounces: Bounces,
-    pub(super) laps: Laps,
+    /// The cycles of two contacts.
+    pub(super) laps: NestedSequence<Coordinates>,
 }
 
 impl Jointed {
@@ -162,7 +163,7 @@ impl<'a> Driver<'a, Jointed> {
             friction_warned: false,
             last: LastImpacts::default(),
             bounces: Bounces::default(),
-            laps: Laps::default(),
+            laps: NestedSequence::default(),
         };
         Self::with(body, base, true, options, warnings, cancel)
     }
@@ -348,14 +349,10 @@ impl<'a> Driver<'a, Jointed> {
         }
         self.write_sum(Tail::Collisions);
         let mut end = self.body.state.flown(self.body.space(), t);
-        let stopped = ContactLetters::from_elem(Mode::Right, count);
-        let none = ContactValues::from_elem(0.0, count);
         // All impulses act along the normal rows, along which nothing has moved at the limit.
-        let mut way = MechanismState { v: end.y.plus(&self.body.state.y, -1.0), ..end.clone() };
-        for state in [&mut way, &mut end] {
-            state.project(self.body.mechanism.contact_space(), &stopped, &none);
-        }
-        end.y = self.body.state.y.plus(&way.v, 1.0);
+        let way = self.body.along(end.y.plus(&self.body.state.y, -1.0));
+        end.y = self.body.state.y.plus(&way, 1.0);
+        end.v = self.body.along(end.v);
         end.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
         self.body.state = end;
         self.log.clock = self.log.clock.after(t);

@@ -77,6 +77,7 @@ impl Driver<'_, Jointed> {
                 state.hold(mechanism.contact_space(), &word, friction);
             }
             self.log.enter(&word);
+            self.body.laps.hold(&word, self.log.clock);
             for (resting, mode) in self.resting.iter_mut().zip(&word) {
                 *resting = *mode != Mode::Separate;
             }
@@ -198,18 +199,20 @@ impl Driver<'_, Jointed> {
         }
     }
 
-    /// The sliding speed of contact `i` has decreased to zero: all motion has, or all slides, or only this one.
+    /// The sliding speed of contact `i` has decreased to zero: all motion has, or all slides, or those of this contact and of all others whose
+    /// sliding speed now counts as zero. Contacts with one tangential row stop at one instant, which has a rounding error.
     fn stopped(&mut self, i: usize, word: &[Mode], ways: &mut Ways) {
         let space = self.body.mechanism.contact_space();
         let closed: ContactValues<bool> = word.iter().map(|mode| *mode != Mode::Separate).collect();
         let count = closed.iter().filter(|on| **on).count();
-        let slow = self.body.state.speed(space) <= Self::still_slide(self) * BODY_STOPPED;
+        let still = Self::still_slide(self);
+        let slow = self.body.state.speed(space) <= still * BODY_STOPPED;
         if count > 1 && slow {
             self.body.state.v.clear();
         }
         let all = count == 1 || slow || MechanismState::leaves_one_motion(space, &closed);
         for (j, way) in ways.iter_mut().enumerate() {
-            if all || j == i {
+            if all || j == i || self.body.state.slip(space, j).abs() <= still {
                 *way = way.map(|_| 0);
             }
         }

@@ -3,24 +3,23 @@
 
 use crate::body::ContactSpace;
 use crate::body::contact::{ContactLetters, ContactValues};
+use crate::body::terrain::Place;
 use crate::collisions::log::names;
 use crate::impact::friction::{self, Material, NO_FRICTION, plastic_jam};
 use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, together};
-use crate::math::clock::Clock;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::math::simplex::maximise;
 use crate::modes::Mode;
 use crate::motion::driver::{Coordinates as _, Driver, DriverStep};
 use crate::motion::mechanism::Jointed;
+use crate::motion::nested::{CycleSum, Landed};
 use crate::motion::record::{ListedImpact, Tail};
 use crate::motion::slow::{GoesOn, InstantImpacts};
 use crate::options::{Impact, Jams, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Outcome, ZenoMethod};
 use crate::sustained::jam::by_contact;
 use crate::sustained::mechanism::{GapState, MechanismState};
-use crate::tolerance::{
-    CONTACT_STOPPED, CYCLE_RATIO_ROUNDINGS, HIT_IN_TURN, REACHED, REMAINDER_FACTOR, STILL,
-};
+use crate::tolerance::{CONTACT_STOPPED, HIT_IN_TURN, REMAINDER_FACTOR, STILL};
 
 /// Number of impacts of a contact before the first attempt to sum its bounces.
 const FIRST_ATTEMPT: usize = 2;
@@ -137,7 +136,13 @@ impl Driver<'_, Jointed> {
     fn hit_once(&mut self, i: usize, before: Vec<f64>, rate: f64, impulse: [f64; 2]) {
         self.log.hits += 1;
         self.cause = Some(Cause::Impact(ContactNumber::of(i)));
-        let rubs = self.options.impact == Impact::Newton && self.body.friction[i] > 0.0;
+        let friction = self.body.friction[i];
+        if self.options.impact != Impact::Newton {
+            let sticks = impulse[0].abs() < (1.0 - STILL) * friction * impulse[1];
+            let way = if sticks { 0.0 } else { -impulse[0].signum() };
+            self.body.laps.rubs(i, way, self.log.clock);
+        }
+        let rubs = self.options.impact == Impact::Newton && friction > 0.0;
         if rubs && !self.body.friction_warned {
             self.body.friction_warned = true;
             self.record.warnings.push(NO_FRICTION.into());
@@ -474,77 +479,73 @@ fn stopped_by(
     Some(by_contact(edges, &parts, speed))
 }
 
-/// The last landings of each of two contacts while the other one is held.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Laps {
-    last: [Option<Lap>; 2],
-}
+impl Landed for Jointed {
+    type V = Coordinates;
 
-/// A landing, and the ratio of its speed to that of the landing before.
-#[derive(Debug, Clone)]
-struct Lap {
-    clock: Clock,
-    state: MechanismState,
-    ratio: f64,
-    /// Change of velocity since the landing before.
-    change: Coordinates,
+    fn displacement(&self) -> Coordinates {
+        self.state.y.clone()
+    }
+
+    fn velocity(&self) -> Coordinates {
+        self.state.v.clone()
+    }
+
+    fn rate(&self, i: usize) -> f64 {
+        self.state.points[i].u
+    }
+
+    fn place(&self, i: usize) -> Place {
+        Place::anywhere(i)
+    }
+
+    fn friction(&self, i: usize) -> f64 {
+        self.friction[i]
+    }
+
+    fn slip(&self, i: usize, velocity: &Coordinates) -> f64 {
+        self.space().tangent(i).dot(velocity)
+    }
+
+    fn speed(&self, velocity: &Coordinates) -> f64 {
+        self.space().reach() * velocity.norm()
+    }
+
+    fn gravity(&self) -> f64 {
+        self.space().largest_pull()
+    }
+
+    fn turned(&self, _: &Coordinates, _: f64, _: f64) -> f64 {
+        0.0
+    }
+
+    fn along(&self, change: Coordinates) -> Coordinates {
+        let mut moved = MechanismState { v: change, ..self.state.clone() };
+        let closed = ContactLetters::from_elem(Mode::Right, self.friction.len());
+        moved.project(self.space(), &closed, &self.friction);
+        moved.v
+    }
 }
 
 impl Driver<'_, Jointed> {
-    /// Contact `b` lands while the other of two contacts is held. Cycles that shrink in one ratio r, with all times and all changes of
-    /// velocity, are summed:
-    ///
-    /// ```text
-    /// ẏ_∞ = ẏ + (ẏ − ẏ₀) r/(1 − r),   T = (t − t₀) r/(1 − r),   y_∞ = y + ẏ_∞ T + (y − y₀ − ẏ_∞ (t − t₀)) r²/(1 − r²)
-    /// ```
+    /// Contact `b` lands while the other of two contacts is held. If all further cycles are known, moves to their limit.
     pub(super) fn land_again(&mut self, b: usize) -> DriverStep {
-        let (clock, state) = (self.log.clock, self.body.state.clone());
-        if state.points.len() != 2 {
+        if self.body.state.points.len() != 2 {
             return DriverStep::Piece;
         }
-        let start =
-            Lap { clock, state: state.clone(), ratio: f64::NAN, change: Coordinates::zeros(0) };
-        let Some(last) = self.body.laps.last[b].replace(start) else { return DriverStep::Piece };
-        let ratio = state.points[b].u / last.state.points[b].u;
-        let change = state.v.plus(&last.state.v, -1.0);
-        self.body.laps.last[b] =
-            Some(Lap { clock, state: state.clone(), ratio, change: change.clone() });
-        let (sum, dt) = (ratio / (1.0 - ratio), clock.since(last.clock));
-        let t = dt * sum;
-        let Jointed { mechanism, fastest, .. } = &self.body;
-        let (space, fastest) = (mechanism.contact_space(), *fastest);
-        let known = !last.ratio.is_nan() && last.change.len() == change.len();
-        let size = |v: &Coordinates| space.reach() * v.norm();
-        let alike = known && size(&change.plus(&last.change, -ratio)) * sum <= STILL * fastest;
-        let off = t * (ratio - last.ratio).abs() / ((1.0 - ratio) * (1.0 - ratio));
-        let repeats = alike && off <= f64::EPSILON * clock.hi;
-        let reached = t <= REACHED * clock.hi;
-        if !(0.0 < ratio && ratio < 1.0 && t <= self.log.left()) || !(repeats || reached) {
+        let (clock, left, fastest) = (self.log.clock, self.log.left(), self.body.fastest);
+        let mut laps = std::mem::take(&mut self.body.laps);
+        let sum = laps.next(b, &self.body, clock, fastest, left);
+        self.body.laps = laps;
+        let Some(CycleSum { way, velocity, duration, repeats, error, .. }) = sum else {
             return DriverStep::Piece;
-        }
-        let rest = ratio * ratio / (1.0 - ratio * ratio);
-        let mut end = state.clone();
-        end.v.add_scaled(&change, sum);
-        let moved = state.y.plus(&last.state.y, -1.0);
-        end.y.add_scaled(&end.v, t);
-        end.y.add_scaled(&moved.plus(&end.v, -dt), rest);
-        end.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
-        let closed: [Mode; 2] = [Mode::Right; 2];
-        end.project(space, &closed, &self.body.friction);
-        let tolerance = STILL * fastest + STILL.sqrt() * size(&change) * sum.max(1.0);
-        let turns = |i: usize| {
-            let (now, limit) = (state.slip(space, i), end.slip(space, i));
-            now * limit < 0.0 && limit.abs() > tolerance
         };
-        if !reached && (0..2).any(turns) {
-            return DriverStep::Piece;
-        }
-        let rounding = CYCLE_RATIO_ROUNDINGS * f64::EPSILON * t / (1.0 - ratio);
-        let error = if repeats { off + rounding } else { t };
         self.write_sum(Tail::Collisions);
-        self.body.laps = Laps::default();
-        self.body.state = end;
-        self.log.clock = self.log.clock.after(t);
+        self.body.laps.forget();
+        let state = &mut self.body.state;
+        state.y.add_scaled(&way, 1.0);
+        state.v = velocity;
+        state.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
+        self.log.clock = clock.after(duration);
         let method = if repeats { ZenoMethod::Nested } else { ZenoMethod::Mixed };
         self.settle(&[0, 1], method, false, error).into()
     }

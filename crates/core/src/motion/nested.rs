@@ -8,22 +8,56 @@ use crate::body::terrain::Place;
 use crate::collisions::log::Spin;
 use crate::math::clock::Clock;
 use crate::math::collocation::{doubt, places, steps};
+use crate::math::mass_vector::MassVector;
 use crate::math::turn::Turn;
 use crate::modes::Mode;
 use crate::motion::driver::{Coordinates, Driver};
-use crate::motion::frame::{Base, Snapshot};
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{
     BOUNCE_CHANGE, CYCLE_RATIO_ROUNDINGS, NEXT_TERM, REACHED, REMAINDER_FACTOR, STILL,
 };
 
+/// Two contacts of a body or of a mechanism, one of which lands while the other is held.
+pub(crate) trait Landed {
+    /// A displacement or a velocity.
+    type V: MassVector;
+
+    fn displacement(&self) -> Self::V;
+
+    fn velocity(&self) -> Self::V;
+
+    /// Gap rate of a contact, in m/s.
+    fn rate(&self, i: usize) -> f64;
+
+    fn place(&self, i: usize) -> Place;
+
+    fn friction(&self, i: usize) -> f64;
+
+    /// Sliding speed of a contact at this velocity, in m/s.
+    fn slip(&self, i: usize, velocity: &Self::V) -> f64;
+
+    /// Bound of the speeds of contacts at this velocity, in m/s.
+    fn speed(&self, velocity: &Self::V) -> f64;
+
+    /// The gravity that presses the contacts down, in m/s².
+    fn gravity(&self) -> f64;
+
+    /// How much the cycles change within the time `t` because the geometry turns: a relative change. `before`: the velocity one cycle before;
+    /// `longer`: by how much the last cycle was longer than the ratio of cycles makes it, relative.
+    fn turned(&self, before: &Self::V, t: f64, longer: f64) -> f64;
+
+    /// A velocity or a displacement with all contacts on the ground. In constant geometry, its component across the ground is rounding error,
+    /// and the time may be long.
+    fn along(&self, change: Self::V) -> Self::V;
+}
+
 /// The cycles of two contacts.
-#[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct NestedSequence {
+#[derive(Debug, Clone)]
+pub(crate) struct NestedSequence<V> {
     /// For each contact: the last cycle that ended with its landing.
-    last: [Option<Cycle>; 2],
-    /// For each contact: the direction in which it slid when it was held last, and since when.
-    slides: [(f64, Clock); 2],
+    last: [Option<Cycle<V>>; 2],
+    /// For each contact: since when it was held last while it slid to the left, stuck, and slid to the right.
+    slides: [[Option<Clock>; 3]; 2],
     /// The largest sliding speed that counted as zero, in m/s.
     dropped: f64,
     /// For each contact: its landings since the sequence began.
@@ -31,16 +65,39 @@ pub(crate) struct NestedSequence {
 }
 
 /// A cycle, at its end.
-#[derive(Debug, Clone, Copy)]
-struct Cycle {
-    at: Snapshot,
+#[derive(Debug, Clone)]
+struct Cycle<V> {
+    clock: Clock,
+    q: V,
+    qdot: V,
+    /// Gap rate of the contact that lands, in m/s.
+    rate: f64,
     places: [Place; 2],
     /// Ratio of the landing speeds of this cycle and the one before.
     ratio: f64,
     /// Change of q̇ in this cycle.
-    change: Vector3<f64>,
+    change: V,
     /// In s.
     duration: f64,
+}
+
+/// The sum of all further cycles.
+#[derive(Debug, Clone)]
+pub(crate) struct CycleSum<V> {
+    /// Displacement until the limit.
+    pub(crate) way: V,
+    /// Velocity at the limit.
+    pub(crate) velocity: V,
+    /// Time until then, in s.
+    pub(crate) duration: f64,
+    /// Whether cycles repeat themselves; if not, the time left is so short that they need not.
+    pub(crate) repeats: bool,
+    /// Estimate of the error of that time, in s.
+    pub(crate) error: f64,
+    /// The end of the cycle before the last one, the duration of the last one in s, and r²/(1 − r²).
+    before: Cycle<V>,
+    last: f64,
+    rest: f64,
 }
 
 #[derive(Debug, Clone)]
@@ -57,13 +114,24 @@ pub(crate) struct Limit {
     pub(crate) error: f64,
 }
 
-impl NestedSequence {
+impl<V> Default for NestedSequence<V> {
+    fn default() -> Self {
+        Self { last: [None, None], slides: [[None; 3]; 2], dropped: 0.0, landings: [0; 2] }
+    }
+}
+
+impl<V: MassVector> NestedSequence<V> {
     /// Records the modes in which contacts are held from this time on.
     pub(crate) fn hold(&mut self, word: &[Mode], clock: Clock) {
-        for (way, mode) in self.slides.iter_mut().zip(word) {
-            if *mode != Mode::Separate {
-                *way = (mode.direction(), clock);
-            }
+        for (i, mode) in word.iter().enumerate().filter(|(_, mode)| **mode != Mode::Separate) {
+            self.rubs(i, mode.direction(), clock);
+        }
+    }
+
+    /// Records that friction acts at contact `i` from this time on, which slides in this direction, or sticks (0).
+    pub(crate) fn rubs(&mut self, i: usize, way: f64, clock: Clock) {
+        if let Some(slides) = self.slides.get_mut(i) {
+            slides[(way + 1.0) as usize] = Some(clock);
         }
     }
 
@@ -78,7 +146,7 @@ impl NestedSequence {
     }
 
     pub(crate) fn forget(&mut self) {
-        (self.last, self.landings) = ([None; 2], [0; 2]);
+        (self.last, self.landings) = ([None, None], [0; 2]);
     }
 
     /// Contact `b` lands while the other is held. Cycles from one such landing to the next that shrink in one ratio r, with all
@@ -88,7 +156,159 @@ impl NestedSequence {
     /// v_∞ = v + (v − v₀) r/(1 − r),   T = (t − t₀) r/(1 − r),   q_∞ = q + v_∞ T + (q − q₀ − v_∞ (t − t₀)) r²/(1 − r²)
     /// ```
     ///
-    /// `size`: of the body; `fastest`: bound of the speeds so far; `left`: time to the end of the run.
+    /// `fastest`: bound of the speeds so far; `left`: time to the end of the run.
+    pub(crate) fn next(
+        &mut self,
+        b: usize,
+        now: &impl Landed<V = V>,
+        clock: Clock,
+        fastest: f64,
+        left: f64,
+    ) -> Option<CycleSum<V>> {
+        let (q, qdot, rate) = (now.displacement(), now.velocity(), now.rate(b));
+        let start = Cycle {
+            clock,
+            q: q.clone(),
+            qdot: qdot.clone(),
+            rate,
+            places: [0, 1].map(|i| now.place(i)),
+            ratio: f64::NAN,
+            change: V::zeros(q.len()),
+            duration: f64::NAN,
+        };
+        self.landings[b] += 1;
+        let last = self.last[b].replace(start)?;
+        let (ratio, dt) = (rate / last.rate, clock.since(last.clock));
+        let gained = qdot.plus(&last.qdot, -1.0);
+        if let Some(cycle) = &mut self.last[b] {
+            (cycle.ratio, cycle.change, cycle.duration) = (ratio, gained.clone(), dt);
+        }
+        let sum = ratio / (1.0 - ratio);
+        let t = dt * sum;
+        // The geometry has to stay the same, too: then times shrink in the same ratio. The deviation from it is of the order of
+        // the angle of the body, which shrinks with the cycles.
+        let turned = now.turned(&last.qdot, t, (dt / (ratio * last.duration) - 1.0).abs());
+        let change = t * ((ratio - last.ratio).abs() / (1.0 - ratio) + turned) / (1.0 - ratio);
+        // The change of velocity in a cycle also has to repeat, to the accuracy with which the sum adds it: a contact that slid
+        // in the previous cycle and sticks in this one may leave the ratio of the landing speeds unchanged.
+        let unlike = now.speed(&gained.plus(&last.change, -ratio)) * sum;
+        let alike = unlike <= STILL * fastest;
+        let repeats = alike && change <= f64::EPSILON * clock.hi;
+        let reached = t <= REACHED * clock.hi;
+        if !(0.0 < ratio && ratio < 1.0 && t <= left) || !(repeats || reached) {
+            return None;
+        }
+        let rest = ratio * ratio / (1.0 - ratio * ratio);
+        let v = now.along(qdot.plus(&gained, sum));
+        let repeated = q.plus(&last.q, -1.0).plus(&v.scaled(dt), -1.0);
+        let way = now.along(v.scaled(t).plus(&repeated, rest));
+        // A contact that slides in all cycles has to slide in the same direction at the limit, and one that sticks has to have
+        // no sliding speed there: up to the rounding error of the sum, and to the speeds that count as zero.
+        let tolerance = STILL * fastest + STILL.sqrt() * now.speed(&gained) * sum.max(1.0);
+        let turns_back = |i: usize| {
+            let slip = now.slip(i, &v);
+            let in_cycle = |when: &Option<Clock>| when.is_some_and(|t| t.since(last.clock) >= 0.0);
+            let [left, sticks, right] = self.slides[i].each_ref().map(in_cycle);
+            now.slip(i, &qdot) * slip < 0.0 && slip.abs() > tolerance
+                || now.friction(i) > 0.0
+                    && ((left || sticks) && slip > tolerance
+                        || (right || sticks) && slip < -tolerance)
+        };
+        if !reached && (0..2).any(turns_back) {
+            return None;
+        }
+        let missing = self.missing(now.gravity());
+        let rounding = CYCLE_RATIO_ROUNDINGS * f64::EPSILON * t;
+        let error = if repeats { change + (rounding + missing) / (1.0 - ratio) } else { t };
+        Some(CycleSum {
+            way,
+            velocity: v,
+            duration: t,
+            repeats,
+            error,
+            before: last,
+            last: dt,
+            rest,
+        })
+    }
+
+    /// Whether to look for the limit of cycles that do not repeat themselves yet, after a landing of contact `b`.
+    fn is_long(&self, b: usize) -> bool {
+        let ratio = self.last[b].as_ref().map_or(0.0, |last| last.ratio);
+        let count = self.landings[b];
+        count >= FIRST_ATTEMPT && count.is_power_of_two() && ratio > SLOW && ratio < 1.0
+    }
+}
+
+/// A body of this size in m, and its two points.
+struct LandedBody<'a>(&'a BodyState, f64);
+
+impl Landed for LandedBody<'_> {
+    type V = Vector3<f64>;
+
+    fn displacement(&self) -> Self::V {
+        let BodyState { center, spin, .. } = self.0;
+        Vector3::new(center.r.x, center.r.y, spin.theta)
+    }
+
+    fn velocity(&self) -> Self::V {
+        let BodyState { center, spin, .. } = self.0;
+        Vector3::new(center.v.x, center.v.y, spin.omega)
+    }
+
+    fn rate(&self, i: usize) -> f64 {
+        self.0.points[i].u
+    }
+
+    fn place(&self, i: usize) -> Place {
+        self.0.points[i].place
+    }
+
+    fn friction(&self, i: usize) -> f64 {
+        self.0.points[i].friction
+    }
+
+    fn slip(&self, i: usize, velocity: &Self::V) -> f64 {
+        self.moving(velocity).slip(i)
+    }
+
+    fn speed(&self, v: &Self::V) -> f64 {
+        v.x.abs().max(v.y.abs()).max(self.1 * v.z.abs())
+    }
+
+    fn gravity(&self) -> f64 {
+        self.0.gravity
+    }
+
+    fn turned(&self, before: &Self::V, t: f64, longer: f64) -> f64 {
+        if self.0.frozen.is_some() {
+            return 0.0;
+        }
+        let angle = self.0.spin.omega.abs().max(before.z.abs()) * t;
+        (angle * angle).max(longer)
+    }
+
+    fn along(&self, change: Self::V) -> Self::V {
+        if self.0.frozen.is_none() {
+            return change;
+        }
+        let mut moved = self.moving(&change);
+        moved.close(&self.0.points.iter().map(|_| true).collect::<PerContact<_>>());
+        Vector3::new(moved.center.v.x, moved.center.v.y, moved.spin.omega)
+    }
+}
+
+impl LandedBody<'_> {
+    /// The body with this velocity.
+    fn moving(&self, velocity: &Vector3<f64>) -> BodyState {
+        let mut body = self.0.clone();
+        (body.center.v, body.spin.omega) = (velocity.xy(), velocity.z);
+        body
+    }
+}
+
+impl NestedSequence<Vector3<f64>> {
+    /// The limit of all cycles of a body of this size; see [`next`](Self::next).
     pub(crate) fn land(
         &mut self,
         b: usize,
@@ -98,85 +318,25 @@ impl NestedSequence {
         fastest: f64,
         left: f64,
     ) -> Option<Limit> {
-        let speed = |v: &Vector3<f64>| v.x.abs().max(v.y.abs()).max(size * v.z.abs());
-        let now = Snapshot::of_body(body, clock);
-        let places = [0, 1].map(|i| body.points[i].place);
-        let start = Cycle {
-            at: now,
-            places,
-            ratio: f64::NAN,
-            change: Vector3::zeros(),
-            duration: f64::NAN,
-        };
-        self.landings[b] += 1;
-        let last = self.last[b].replace(start)?;
-        let before = &last.at;
-        let ratio = now.gaps.u[b] / before.gaps.u[b];
-        let gained = Base::state(&now).qdot - Base::state(before).qdot;
-        let dt = now.clock.since(before.clock);
-        self.last[b] = Some(Cycle { at: now, places, ratio, change: gained, duration: dt });
-        let sum = ratio / (1.0 - ratio);
-        let t = dt * sum;
-        // The geometry has to stay the same, too: then times shrink in the same ratio. The deviation from it is of the order of
-        // the angle of the body, which shrinks with the cycles.
-        let turned = if body.frozen.is_some() {
-            0.0
-        } else {
-            let angle = now.spin.omega.abs().max(before.spin.omega.abs()) * t;
-            (angle * angle).max((dt / (ratio * last.duration) - 1.0).abs())
-        };
-        let change = t * ((ratio - last.ratio).abs() / (1.0 - ratio) + turned) / (1.0 - ratio);
-        // The change of velocity in a cycle also has to repeat, to the accuracy with which the sum adds it: a contact that slid
-        // in the previous cycle and sticks in this one may leave the ratio of the landing speeds unchanged.
-        let unlike = speed(&(gained - last.change * ratio)) * sum;
-        let alike = unlike <= STILL * fastest;
-        let repeats = alike && change <= f64::EPSILON * now.clock.hi;
-        let reached = t <= REACHED * now.clock.hi;
-        if !(0.0 < ratio && ratio < 1.0 && t <= left) || !(repeats || reached) {
-            return None;
-        }
+        let now = LandedBody(body, size);
+        let CycleSum { way, velocity: v, duration: t, repeats, error, before, last: dt, rest } =
+            self.next(b, &now, clock, fastest, left)?;
         // No point may come to an end of its terrain before the limit.
-        let way = t * (speed(&Base::state(before).qdot) + body.gravity * dt);
+        let far = t * (now.speed(&before.qdot) + body.gravity * dt);
         let room =
-            |p: &ContactState| p.place.sides.iter().all(|side| *side > REMAINDER_FACTOR * way);
-        let stays = (0..2).all(|i| places[i].piece == last.places[i].piece);
+            |p: &ContactState| p.place.sides.iter().all(|side| *side > REMAINDER_FACTOR * far);
+        let stays = (0..2).all(|i| now.place(i).piece == before.places[i].piece);
         if !(stays && body.points.iter().all(room)) {
             return None;
         }
-        let rest = ratio * ratio / (1.0 - ratio * ratio);
-        let (state, old) = (Base::state(&now), Base::state(before));
-        // Both contacts are on the ground now and at the limit. In constant geometry, the component of a velocity or a
-        // displacement across the ground is rounding error, and the time may be long.
-        let along = |change: Vector3<f64>| {
-            if body.frozen.is_none() {
-                return change;
-            }
-            let mut moved = body.clone();
-            (moved.center.v, moved.spin.omega) = (change.xy(), change.z);
-            moved.close(&body.points.iter().map(|_| true).collect::<PerContact<_>>());
-            Vector3::new(moved.center.v.x, moved.center.v.y, moved.spin.omega)
-        };
-        let v = along(state.qdot + (state.qdot - old.qdot) * sum);
-        let way = along(v * t + (state.q - old.q - v * dt) * rest);
         let mut end = body.clone();
         (end.center.v, end.center.r) = (v.xy(), body.center.r + way.xy());
         end.spin = Spin { theta: body.spin.theta + way.z, omega: v.z };
-        // A contact that slides in all cycles has to slide in the same direction at the limit, and one that sticks has to have
-        // no sliding speed there: up to the rounding error of the sum, and to the speeds that count as zero.
-        let tolerance = STILL * fastest + STILL.sqrt() * speed(&gained) * sum.max(1.0);
-        let turns_back = |i: usize| {
-            let ((way, when), slip) = (self.slides[i], end.slip(i));
-            let held = when.since(before.clock) >= 0.0 && body.points[i].friction > 0.0;
-            body.slip(i) * slip < 0.0 && slip.abs() > tolerance
-                || held && (way * slip < -tolerance || way == 0.0 && slip.abs() > tolerance)
-        };
-        if !reached && (0..end.points.len()).any(turns_back) {
-            return None;
-        }
         // The distances to the ends of the pieces have the same sums. Near an end they are known better than positions.
-        for (i, (now, old)) in places.iter().zip(&last.places).enumerate() {
-            for side in (0..2).filter(|&side| now.sides[side] < f64::INFINITY) {
-                let (now, rate) = (now.sides[side], end.side(i, side).u);
+        for (i, old) in before.places.iter().enumerate() {
+            let place = now.place(i);
+            for side in (0..2).filter(|&side| place.sides[side] < f64::INFINITY) {
+                let (now, rate) = (place.sides[side], end.side(i, side).u);
                 let way = rate * t + (now - old.sides[side] - rate * dt) * rest;
                 end.points[i].place.sides[side] = (now + way).max(0.0);
             }
@@ -187,17 +347,7 @@ impl NestedSequence {
             (p.b, p.c) = p.turned(&onward);
         }
         self.forget();
-        let missing = self.missing(body.gravity);
-        let rounding = CYCLE_RATIO_ROUNDINGS * f64::EPSILON * t;
-        let error = if repeats { change + (rounding + missing) / (1.0 - ratio) } else { t };
         Some(Limit { end, duration: t, repeats, turns: false, error })
-    }
-
-    /// Whether to look for the limit of cycles that do not repeat themselves yet, after a landing of contact `b`.
-    fn is_long(&self, b: usize) -> bool {
-        let ratio = self.last[b].map_or(0.0, |last| last.ratio);
-        let count = self.landings[b];
-        count >= FIRST_ATTEMPT && count.is_power_of_two() && ratio > SLOW && ratio < 1.0
     }
 }
 
