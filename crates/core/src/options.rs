@@ -234,12 +234,7 @@ impl Options {
         &self,
         friction: impl ExactSizeIterator<Item = f64>,
     ) -> Result<Self, Error> {
-        let (several, rubs) = (friction.len() > 1, friction.fold(0.0, f64::max) > 0.0);
-        let impact = match self.impact {
-            Impact::Auto if rubs => Impact::Moreau,
-            Impact::Auto => Impact::Newton,
-            law => law,
-        };
+        let (several, impact) = (friction.len() > 1, self.law_with(friction));
         let at_once = matches!(impact, Impact::Newton | Impact::Moreau);
         if several && !at_once && self.policy() == Simultaneous::Together {
             return Err(Error::Unusable {
@@ -250,6 +245,31 @@ impl Options {
             });
         }
         Ok(Self { impact, ..*self })
+    }
+
+    /// The law of impact that acts on the contacts of a posture: [`Options::impact`] or, where that is [`Impact::Auto`], Newton's without
+    /// friction and Moreau's with friction.
+    ///
+    /// ```
+    /// use standfast::options::Impact;
+    /// use standfast::{Lamina, Options, Posture};
+    ///
+    /// let rod = |friction| Posture::rod(0.5, &Lamina { friction, ..Lamina::default() });
+    /// assert_eq!(Options::default().law(&rod(0.0)?), Impact::Newton);
+    /// assert_eq!(Options::default().law(&rod(0.3)?), Impact::Moreau);
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
+    #[must_use]
+    pub fn law(&self, posture: &Posture) -> Impact {
+        self.law_with(posture.contacts().iter().map(|contact| contact.friction))
+    }
+
+    fn law_with(&self, mut friction: impl Iterator<Item = f64>) -> Impact {
+        match self.impact {
+            Impact::Auto if friction.any(|mu| mu > 0.0) => Impact::Moreau,
+            Impact::Auto => Impact::Newton,
+            law => law,
+        }
     }
 
     /// Whether contacts at rest take part in the impacts of others.

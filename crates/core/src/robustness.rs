@@ -28,10 +28,10 @@ use crate::error::{Error, in_range};
 use crate::excitation::Excitation;
 use crate::math::random::Random;
 use crate::math::turn::Turn;
-use crate::options::{Edges, Model, Options, Stop};
+use crate::options::{Edges, Impact, Model, Options, Stop};
 use crate::outcome::{ContactNumber, End, Outcome};
 use crate::simulate::batch::ends_until;
-use crate::simulate::{Resources, Start, solvable};
+use crate::simulate::{Resources, Simulation, Start, solvable};
 use crate::tolerance::{HOVERS, SAME_GROUND};
 
 /// Largest number of kicks, of all sizes together: their results take 0.1 GB.
@@ -78,6 +78,10 @@ pub struct Robustness {
     pub seed: u64,
     /// Number of kicks of each size.
     pub trials: usize,
+    /// The law of impact that acted.
+    pub impact: Impact,
+    /// The warnings of the first run that has any; the levels have the numbers of such runs.
+    pub warnings: Vec<String>,
     /// The contacts that touch in the posture.
     pub contacts: Vec<ContactNumber>,
     /// Unit directions d of the kicks, the same for all sizes: q̇ = s (d_1, d_2, d_3/ρ).
@@ -103,6 +107,8 @@ pub struct Level {
     pub outcomes: BTreeMap<Outcome, usize>,
     /// Largest displacement ‖(x, y, ρθ)‖ at rest of a body that has come back, in m; `None` if none has.
     pub largest_displacement: Option<f64>,
+    /// Number of runs with warnings.
+    pub warned: usize,
     /// For each kick whether the body comes back from it.
     #[serde(skip)]
     pub returned: Vec<bool>,
@@ -151,6 +157,7 @@ pub fn robustness_until(
 ) -> Result<Option<Robustness>, Error> {
     let RobustnessOptions { trials, seed, run } = *options;
     let count = checked(sizes, trials, &run)?;
+    let run = run.acting(posture.contacts().iter().map(|contact| contact.friction))?;
     solvable(posture, &run)?;
     let stance = Start::new(posture, &State::at_rest([0.0; 3]), run.model)?.touching();
     if stance.is_empty() && posture.side_contacts().is_empty() {
@@ -177,6 +184,7 @@ pub fn robustness_until(
         State::new([0.0; 3], velocity(size, kick, rho))
     };
     let unit = (posture.fields().gravity * posture.size()).sqrt();
+    let mut warnings = Vec::new();
     let mut levels: Vec<Level> = sizes.iter().map(|size| Level::new(*size, unit)).collect();
     for first in (0..count).step_by(CHUNK) {
         let numbers = first..(first + CHUNK).min(count);
@@ -189,13 +197,21 @@ pub fn robustness_until(
             Error::At { place, error: error.into() }
         })?;
         let Some(ends) = ends else { return Ok(None) };
+        if warnings.is_empty()
+            && let Some(k) = ends.iter().position(|end| end.warned)
+            && let Some(again) =
+                (Simulation { cancel, ..Simulation::new(&posture[0], states[k], run) }).run()?
+        {
+            warnings = again.warnings().to_vec();
+        }
         for (number, end) in numbers.zip(&ends) {
             levels[number / trials].add(end, came_back(&posture[0], &feet, &run, end), rho);
         }
         done(ends.len());
     }
     levels.iter_mut().for_each(Level::summarize);
-    Ok(Some(Robustness { seed, trials, contacts: stance.iter().collect(), kicks, levels }))
+    let contacts = stance.iter().collect();
+    Ok(Some(Robustness { seed, trials, impact: run.impact, warnings, contacts, kicks, levels }))
 }
 
 /// The number of kicks, of all sizes together.
@@ -331,12 +347,14 @@ impl Level {
             interval: [f64::NAN; 2],
             outcomes: BTreeMap::new(),
             largest_displacement: None,
+            warned: 0,
             returned: Vec::new(),
         }
     }
 
     fn add(&mut self, end: &End, returned: bool, rho: f64) {
         *self.outcomes.entry(end.outcome).or_default() += 1;
+        self.warned += usize::from(end.warned);
         self.returned.push(returned);
         if returned {
             let q = &end.state.q;

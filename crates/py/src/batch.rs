@@ -67,6 +67,15 @@ impl PyRuns {
         words.call_method1("take", (places.into_pyarray(py),))
     }
 
+    fn run(&self, py: Python<'_>, i: usize) -> PyResult<PyRun> {
+        let posture = self.postures.get(i).unwrap_or(&self.postures[0]);
+        let options = Options { record: true, ..self.options };
+        interruptible_run(py, |cancel| {
+            let (start, excitation) = (self.states[i], &self.excitation);
+            Simulation { posture, start, options, excitation, cancel }.run()
+        })
+    }
+
     fn zeno(end: &End, number: impl Fn(&FirstZeno) -> f64) -> f64 {
         end.zeno.as_ref().map_or(f64::NAN, number)
     }
@@ -104,13 +113,7 @@ impl PyRuns {
 
     /// Repeats run i, recorded; the result is the same to the last bit.
     fn __getitem__(&self, py: Python<'_>, index: &Bound<'_, PyAny>) -> PyResult<PyRun> {
-        let i = input::run_index(index, self.ends.len())?;
-        let posture = self.postures.get(i).unwrap_or(&self.postures[0]);
-        let options = Options { record: true, ..self.options };
-        interruptible_run(py, |cancel| {
-            let (start, excitation) = (self.states[i], &self.excitation);
-            Simulation { posture, start, options, excitation, cancel }.run()
-        })
+        self.run(py, input::run_index(index, self.ends.len())?)
     }
 
     /// How the runs ended, as in `Run.outcome`.
@@ -186,8 +189,28 @@ impl PyRuns {
         self.ends.iter().map(|end| end.warned).collect::<Vec<_>>().into_pyarray(py)
     }
 
+    /// The warnings of the first run that has any.
+    #[getter]
+    fn warnings(&self, py: Python<'_>) -> PyResult<Vec<String>> {
+        match self.ends.iter().position(|end| end.warned) {
+            Some(first) => Ok(self.run(py, first)?.warnings()),
+            None => Ok(Vec::new()),
+        }
+    }
+
+    /// The law of impact of each run, (N,): with impact="auto" the one that acted.
+    #[getter]
+    fn impact<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let law = |posture: &Posture| crate::convert::word(&self.options.law(posture));
+        let laws: Vec<String> = self.postures.iter().map(law).collect();
+        let each = (0..self.ends.len()).map(|i| laws.get(i).unwrap_or(&laws[0]).as_str());
+        py.import("numpy")?.call_method1("array", (each.collect::<Vec<_>>(),))
+    }
+
     fn __repr__(&self) -> String {
-        format!("<Runs: {}>", self.ends.len())
+        let warned = self.ends.iter().filter(|end| end.warned).count();
+        let warned = if warned == 0 { String::new() } else { format!(", {warned} with warnings") };
+        format!("<Runs: {}{warned}>", self.ends.len())
     }
 }
 

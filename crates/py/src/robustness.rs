@@ -5,9 +5,9 @@ use std::path::PathBuf;
 use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use standfast::Posture;
 use standfast::robustness::{Level, Robustness, RobustnessOptions, robustness_until};
 use standfast::simulate::Resources;
+use standfast::{Options, Posture};
 
 use crate::convert::{array, question};
 use crate::files::write_whole;
@@ -23,7 +23,7 @@ use crate::posture::{PyPosture, posture};
 ///
 /// >>> import standfast as sf
 /// >>> box = sf.Posture.box(0.3, 0.5, friction=0.5, restitution=0.3)
-/// >>> result = sf.robustness(box, [0.1, 1.0], trials=200, impact="moreau")
+/// >>> result = sf.robustness(box, [0.1, 1.0], trials=200)
 /// >>> result
 /// <Robustness: 200 kicks of each size; back from 200 at 0.1 m/s, 182 at 1.0 m/s>
 /// >>> runs = sf.simulate_many(box, (0, 0, 0), result.qdot[1], **result.options)
@@ -102,6 +102,18 @@ impl PyRobustness {
         Ok(found)
     }
 
+    /// Number of runs with warnings, by size, (k,).
+    #[getter]
+    fn warned<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
+        self.counts(py, |level| level.warned)
+    }
+
+    /// The warnings of the first run that has any.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.found.warnings.clone()
+    }
+
     /// Largest displacement √(x² + y² + ρ²θ²) at rest of a body that has come back from a kick of this size, (k,) m; nan if none has.
     #[getter]
     fn largest_displacement<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
@@ -155,10 +167,10 @@ impl PyRobustness {
         PyPosture(self.posture.clone())
     }
 
-    /// The options of the runs: keywords of `simulate`.
+    /// The options of the runs: keywords of `simulate`; impact is the law that acted.
     #[getter]
     fn options<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        options::get(py, &self.options.run)
+        options::get(py, &Options { impact: self.found.impact, ..self.options.run })
     }
 
     /// Draws the share over the size of the kicks, with its interval. Returns the matplotlib.figure.Figure, or `ax` if it is given.
@@ -222,7 +234,9 @@ impl PyRobustness {
             }
             [] => unreachable!("there is at least one size"),
         };
-        format!("<Robustness: {} kicks{of}>", self.found.trials)
+        let warned: usize = levels.iter().map(|level| level.warned).sum();
+        let warned = if warned == 0 { String::new() } else { format!("; {warned} with warnings") };
+        format!("<Robustness: {} kicks{of}{warned}>", self.found.trials)
     }
 
     fn __str__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

@@ -379,6 +379,12 @@ impl PyRun {
         word(&self.0.model())
     }
 
+    /// The law of impact: with impact="auto" the one that acted, "newton" or "moreau".
+    #[getter]
+    fn impact(&self) -> String {
+        word(&self.0.options().impact)
+    }
+
     /// The reason for this model.
     #[getter]
     fn model_reason(&self) -> &str {
@@ -539,7 +545,7 @@ impl PyRun {
     /// Warnings: simultaneous impacts, a start that counts as touching, grounds that contradict each other (see Contact), impacts
     /// with impact="newton" at contacts with friction.
     #[getter]
-    fn warnings(&self) -> Vec<String> {
+    pub(crate) fn warnings(&self) -> Vec<String> {
         self.0.warnings().to_vec()
     }
 

@@ -2,7 +2,7 @@
 //!
 //! In exact arithmetic the corners of a box that slides flush into a wall arrive together; computed times differ by rounding errors. One
 //! rule holds for flights and contact phases: a contact arrives with another one if its gap, or its distance along the ground from the
-//! next piece, is closing and below the rounding error of its own terms.
+//! next piece, is closing and below the rounding error of its own terms. A corner of the ground arrives with them if it touches a side.
 
 use crate::body::contact::{ContactValues, PerContact};
 use crate::math::clock::Clock;
@@ -25,6 +25,7 @@ impl Driver<'_, AnyContacts> {
     fn arriving_before(&mut self, coming: &[usize], end: Clock) -> ContactValues<usize> {
         let firsts: PerContact<ContactState> =
             coming.iter().map(|&i| self.body.state.points[i]).collect();
+        self.meet_together();
         (0..self.body.contacts).for_each(|i| self.choose_by_velocity(i));
         let (clock, options) = (self.log.clock, self.options);
         // Times are compared as they are recorded.

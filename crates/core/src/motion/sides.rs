@@ -121,6 +121,26 @@ impl Driver<'_, AnyContacts> {
         }
     }
 
+    /// Adds the corners of the ground that meet a side of the body at this instant.
+    pub(super) fn meet_together(&mut self) {
+        if self.edges.contacts().is_empty() {
+            return;
+        }
+        let q = self.body.state.state().q;
+        for on in self.body.posture.sides_touched(&q) {
+            let count = self.body.contacts;
+            let Some(i) = self.add_side(on.corner, on.side).filter(|_| self.body.contacts > count)
+            else {
+                continue;
+            };
+            if self.body.state.points[i].u < 0.0 {
+                self.body.state.points[i].h = 0.0;
+            } else {
+                self.remove_side(i);
+            }
+        }
+    }
+
     /// Removes corners of the ground that have come to the line of their side beyond its end. Returns whether there are any.
     pub(super) fn drop_sides_passed(&mut self) -> bool {
         if !self.body.state.has_turning_sides() {
