@@ -58,6 +58,14 @@ def test_the_table_says_what_the_joints_change():
     assert "<pre" in verdict._repr_html_()
 
 
+def test_trials_say_that_motions_no_contact_feels_go_on():
+    scene = sf.MechanismScene.load(EXAMPLE)
+    text = str(sf.stability(scene.mechanism, trials=5))
+    assert "5 ended with all contacts at rest" in text
+    assert "1 motion of the joints that no contact feels" in text
+    assert "came to rest" in str(sf.stability(jointed(), trials=5))
+
+
 def test_contact_modes_of_a_mechanism_balance():
     mechanism = jointed()
     modes = sf.contact_modes(mechanism)

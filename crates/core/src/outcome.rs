@@ -199,7 +199,7 @@ pub enum Outcome {
     Zeno,
     /// The body moves away for ever, or its centre of mass has moved farther than the option `neighbourhood`.
     Escape,
-    /// The body slides on its contacts without end.
+    /// The body slides on its contacts without end; or the contacts of a mechanism rest, and coordinates that they do not feel move on for ever.
     Sliding,
     /// No contact mode is consistent: no motion with bounded forces obeys Coulomb's law (Painlevé).
     Inconsistent,

@@ -6,6 +6,7 @@ mod random;
 
 use random::Random;
 use standfast::body::{ContactRows, Mechanism, MechanismFields};
+use standfast::options::Stop;
 use standfast::outcome::{ZenoMethod, ZenoPoint};
 use standfast::simulate::simulate_mechanism;
 use standfast::{
@@ -216,17 +217,67 @@ fn energies(count: usize) -> Vec<(Outcome, usize)> {
             let mut reader = run.reader();
             let mut before = f64::INFINITY;
             let first = mechanism.energy(&q, &qdot);
+            let kinetic = |v: &[f64]| mechanism.energy(&vec![0.0; v.len()], v);
+            let mut most = kinetic(&qdot);
             for t in run.sample_times(40).unwrap() {
                 let Ok(energy) = reader.energy(t) else { continue };
+                most = most.max(kinetic(&reader.coordinates(t).unwrap().unwrap()[1]));
                 assert!(
                     energy <= before + 1e-9 * first.abs().max(before.abs().min(1e300)).max(1e-6),
                     "{law:?} {runs}: {before} {energy} at {t}"
                 );
                 before = energy;
             }
+            // At rest no coordinate moves, but for speeds that count as zero.
+            let left = kinetic(&run.coordinates().unwrap()[1]);
+            assert!(
+                run.outcome() != Outcome::Rest || left <= 1e-24 * most,
+                "{law:?} {runs}: {left}"
+            );
         }
     }
     outcomes
+}
+
+/// A ball that is dropped with two rotors inside it, which turn freely and which the contact does not feel.
+#[test]
+fn contacts_rest_and_joints_turn_for_ever() {
+    let mut mass_matrix = vec![vec![0.0; 4]; 4];
+    [2.0, 2.0, 0.5, 0.25].into_iter().enumerate().for_each(|(k, m)| mass_matrix[k][k] = m);
+    let contact = ContactRows {
+        normal: vec![0.0, 1.0, 0.0, 0.0],
+        tangential: vec![1.0, 0.0, 0.0, 0.0],
+        friction: 0.5,
+        ..ContactRows::default()
+    };
+    let mechanism = Mechanism::new(MechanismFields {
+        mass_matrix,
+        load: vec![0.0, -20.0, 0.0, 0.0],
+        contacts: vec![contact],
+        restitution: 0.5,
+        ..MechanismFields::default()
+    })
+    .unwrap();
+    for (spin, outcome) in [(0.0, Outcome::Rest), (1e-20, Outcome::Rest), (0.01, Outcome::Sliding)]
+    {
+        let run = |options: &Options| {
+            let (q, qdot) = ([0.0, 1.25, 0.0, 0.0], [0.0, 0.0, spin, 0.0]);
+            simulate_mechanism(&mechanism, &q, &qdot, options).unwrap()
+        };
+        let first = run(&Options::default());
+        assert_eq!((first.outcome(), first.touching().len()), (outcome, 1));
+        let [q, qdot] = first.coordinates().unwrap();
+        // It falls for 1/2 s and bounces for 2 · 1/2 s.
+        let near = |value: f64, right: f64| (value - right).abs() <= 4.0 * f64::EPSILON * right;
+        assert!(near(first.time(), 1.5) && near(q[2], 1.5 * spin) && near(qdot[2], spin));
+        let moves = outcome == Outcome::Sliding;
+        assert_eq!(first.acceleration(), moves.then(|| vec![0.0; 4]));
+        assert_eq!(first.warnings().iter().any(|text| text.contains("do not feel")), moves);
+        let limit = Some(101.5);
+        let longer = run(&Options { stop: Stop::Time, time_limit: limit, ..Options::default() });
+        assert_eq!(longer.outcome(), Outcome::TimeLimit);
+        assert!(near(longer.coordinates().unwrap()[0][2], 101.5 * spin));
+    }
 }
 
 #[test]

@@ -365,7 +365,7 @@ impl PyRun {
         Ok((question(simulate, &keywords)?, (posture, q, qdot).into_pyobject(py)?))
     }
 
-    /// How the run ended: "rest"; "sliding" (the last motion never ends: a slide, a swing); "escape" (the body flies or slides away for ever,
+    /// How the run ended: "rest"; "sliding" (the last motion never ends: a slide, a swing, joints that the contacts do not feel); "escape" (the body flies or slides away for ever,
     /// or beyond the end of its terrain); "inconsistent" (no contact mode is consistent); "ambiguous" (several are); "zeno" (`stop="zeno"`);
     /// "time-limit"; "event-limit". `run.warnings` may say more.
     #[getter]

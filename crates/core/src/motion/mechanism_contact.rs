@@ -151,12 +151,13 @@ impl Driver<'_, Jointed> {
         fixed || slow && space.reach() * chosen.acceleration.norm() <= STILL * space.largest_pull()
     }
 
-    /// Stays at rest. The hidden motion, if it is accelerated, carries the mechanism away.
+    /// Stays with all contacts at rest. The hidden motion, if it is accelerated, carries the mechanism away; if not, its speed stays.
     fn stay(&mut self) -> Outcome {
-        let start = self.record.base.mechanism.as_ref();
         let space = self.body.mechanism.contact_space();
         let falls = space.hidden().amax() > 0.0;
-        let drifts = start.is_some_and(|start| start.hidden_velocity.amax() > 0.0);
+        let start = self.record.base.mechanism.as_ref();
+        let drift = start.map_or(0.0, |start| space.reach() * start.hidden_velocity.norm());
+        let drifts = drift > Self::still_slide(self);
         if (falls || drifts) && !self.record.warnings.iter().any(|warning| warning == HIDDEN) {
             self.record.warnings.push(HIDDEN.into());
         }
@@ -164,7 +165,16 @@ impl Driver<'_, Jointed> {
             self.log.clock = self.log.clock.after(self.log.left().max(0.0));
             return Outcome::TimeLimit;
         }
-        if falls { Outcome::Escape } else { Outcome::Rest }
+        match (falls, drifts) {
+            (true, _) => Outcome::Escape,
+            (false, true) => {
+                let (space, dof) = (self.body.space(), self.body.mechanism.dof());
+                let still = mass_vector::Coordinates::zeros(space.pull().len());
+                self.record.acceleration = Some(space.acceleration(dof, &still));
+                Outcome::Sliding
+            }
+            (false, false) => Outcome::Rest,
+        }
     }
 
     /// Holds the contacts in these modes: up to the contact that stops sliding, or to another end of the phase.
