@@ -22,11 +22,11 @@ use crate::impact::pivoting;
 use crate::math::least_distance::nearest;
 use crate::tolerance::{DEPENDENT_IMPULSES, ONE_VELOCITY, WITHIN_LAW};
 
-/// Largest number of contacts whose words are all tried, if the body has more than three coordinates.
-const MOST_TRIED: usize = 4;
+/// Largest number of contacts whose words are all tried: 700 words of a body, with three coordinates, and 4⁸ of a mechanism.
+const MOST_TRIED: usize = 8;
 
-/// Largest number of contacts whose words are all tried, if the body has three coordinates.
-const MOST_TRIED_OF_BODY: usize = 8;
+/// The same of a mechanism, unless pivoting finds no word.
+const FEW_TRIED: usize = 4;
 
 /// The warning of a run in which the law of simultaneous impacts left a choice.
 pub(crate) const SEVERAL: &str = "the law of impact allowed several velocities after contacts were hit together; the one with the least kinetic energy was taken";
@@ -80,12 +80,13 @@ pub(crate) fn together(
     let size = 2 * parties.len();
     let w: SmallVec<[f64; 64]> = (0..size * size).map(|k| w(k / size, k % size)).collect();
     let law = Law { parties, w: &w };
-    let most = if coordinates <= 3 { MOST_TRIED_OF_BODY } else { MOST_TRIED };
+    let most = if coordinates <= 3 { MOST_TRIED } else { FEW_TRIED };
     let mut found = Vec::new();
-    if parties.len() <= most {
-        law.try_words(&mut Word::new(), coordinates, &mut found);
-    } else {
+    if parties.len() > most {
         found.extend(law.pivoted());
+    }
+    if found.is_empty() && parties.len() <= MOST_TRIED {
+        law.try_words(&mut Word::new(), coordinates, &mut found);
     }
     law.choose(&found)
 }
