@@ -87,3 +87,59 @@ def deepest_of_run(run, count=1000):
     posture = run.posture
     body = posture.outline, posture.center_of_mass, posture.terrain
     return times, deepest(*body, run.at(times)[0])
+
+
+def crossings(outline, center, terrain, q):
+    """At each of the configurations q : (n, 3), how far a side of the body and a piece of the ground are through each other: the least
+    distance of their four ends from the other line, where they cross; (n,)."""
+    corners = placed(outline, center, q)
+    deepest = np.zeros(len(corners))
+
+    def heights(a, b, points):
+        way = b - a
+        off = points - a
+        cross = way[..., 0] * off[..., 1] - way[..., 1] * off[..., 0]
+        return cross / np.hypot(way[..., 0], way[..., 1])
+
+    for k in range(corners.shape[1]):
+        a, b = corners[:, k - 1], corners[:, k]
+        for one, other in itertools.pairwise(np.asarray(terrain, dtype=float)):
+            ends = [heights(one, other, p) for p in (a, b)]
+            ends += [heights(a, b, p) for p in (one, other)]
+            cross = (ends[0] * ends[1] < 0) & (ends[2] * ends[3] < 0)
+            depth = np.where(cross, np.abs(ends).min(axis=0), 0.0)
+            deepest = np.maximum(deepest, depth)
+    return deepest
+
+
+#: Time in s from the state before an impact to the impact, and of the flight after it.
+BEFORE, FLIGHT = 1e-9, 1e-6
+#: Slower impacts, in m/s, have less depth in this time than gravity and rotation account for.
+SLOW = 0.01
+
+
+def without_approach(run):
+    """The times of impacts at which nothing approaches: were the body free from there on, neither polygon would enter the other. All
+    impacts of an instant are looked at as one, and only if they change the velocity by some amount."""
+    found, posture = [], run.posture
+    size = np.hypot(*(np.array(posture.outline) - posture.center_of_mass).T).max()
+    for t in np.unique(run.impacts["time"]):
+        q, v = (np.array(x) for x in run.at(t - BEFORE))
+        change = np.abs(run.at(t)[1] - v) * (1, 1, size)
+        if change.max() < SLOW:
+            continue
+        free = q + v * (BEFORE + FLIGHT) - (0, FLIGHT**2 * posture.gravity / 2, 0)
+        shapes = posture.outline, posture.center_of_mass, posture.terrain, [free]
+        depth = max(deepest(*shapes).max(), crossings(*shapes).max())
+        if depth < 1e-3 * change.max() * FLIGHT:
+            found.append(float(t))
+    return found
+
+
+def through(run, count=400):
+    """The largest depth of the body and the ground of a run in each other, in m, at so many times and at all events."""
+    posture = run.posture
+    events = [phase.start for phase in run.phases] + list(run.impacts["time"])
+    times = np.unique(np.append(np.linspace(0, run.time, count), events))
+    shapes = posture.outline, posture.center_of_mass, posture.terrain, run.at(times)[0]
+    return max(deepest(*shapes).max(), crossings(*shapes).max())

@@ -141,7 +141,8 @@ impl Posture {
     /// a long piece has the rounding errors of distant coordinates.
     pub(crate) fn signed_gap(&self, i: usize, q: &Vector3<f64>, frozen: bool, gap: f64) -> f64 {
         let Some(ground) = self.ground(i).filter(|ground| ground.is_polyline) else { return gap };
-        let depth = ground.depth(&self.position(i, q, frozen));
+        let at = self.position(i, q, frozen);
+        let depth = ground.depth(&at).max(ground.reach(&at));
         let touch = TOUCH * self.size();
         if gap < -touch || depth > touch.max(self.place_rounding(i, q, frozen)) {
             -depth

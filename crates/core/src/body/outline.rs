@@ -162,6 +162,12 @@ impl Outline {
         })
     }
 
+    /// The side that meets the side of this number at its start (0) or its end (1).
+    pub(crate) fn next(&self, index: usize, end: usize) -> Option<&Side> {
+        let corner = self.sides[index].ends()[end];
+        self.sides.iter().find(|other| other.index != index && other.ends()[1 - end] == corner)
+    }
+
     /// A point of this segment that lies deeper in the body than the tolerance: the middle between two of the places at which the segment
     /// crosses the lines of sides, or ends.
     pub(crate) fn pierced(&self, [from, to]: [Vector2<f64>; 2]) -> Option<Vector2<f64>> {

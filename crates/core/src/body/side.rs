@@ -146,15 +146,21 @@ impl Posture {
             }
         }
         // A narrow peak may pass right through the body.
+        self.pierced(q, 0.0).map_or(Ok(()), |(at, depth)| Err(refuse(at, depth)))
+    }
+
+    /// A point of the ground of a polyline, world axes, in m, that lies more than `least` (m) deep in the body at `q`, and its depth, in m: between
+    /// two places at which a piece crosses sides of the body.
+    pub(crate) fn pierced(&self, q: &Vector3<f64>, least: f64) -> Option<(Vector2<f64>, f64)> {
+        let outline = self.outline()?;
+        let (center, turn) = (Vector2::from(self.fields().center_of_mass) + q.xy(), Turn::by(-q.z));
+        let seen = |end: Vector2<f64>| turned(&turn, end - center);
         let shared = self.grounds().iter().filter(|ground| ground.is_polyline);
         let pieces = shared.flat_map(|ground| &ground.pieces);
         let ends = pieces.map(|piece| piece.ends.map(|end| end.vertex));
-        for [from, to] in ends.filter(|ends| ends.iter().all(|end| end.amax() < f64::INFINITY)) {
-            if let Some(p) = outline.pierced([seen(from), seen(to)]) {
-                let at = center + turned(&Turn::by(q.z), p);
-                return Err(refuse(at, outline.nearest_side(&p).distance(&p)));
-            }
-        }
-        Ok(())
+        ends.filter(|ends| ends.iter().all(|end| end.amax() < f64::INFINITY))
+            .filter_map(|ends| outline.pierced(ends.map(seen)))
+            .map(|p| (center + turned(&Turn::by(q.z), p), outline.nearest_side(&p).distance(&p)))
+            .find(|(_, depth)| *depth > least)
     }
 }

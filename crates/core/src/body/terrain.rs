@@ -340,6 +340,26 @@ impl Ground {
         self.pieces.iter().map(|piece| piece.precise_distance(at)).fold(f64::INFINITY, f64::min)
     }
 
+    /// How far the disc with its centre at this point reaches through a piece in front of which its centre lies, in m; 0: through none. A disc
+    /// that does so beside a steep piece may have its centre beyond the end of the raised ground.
+    pub(crate) fn reach(&self, center: &Vector2<f64>) -> f64 {
+        let through = |(k, piece): (usize, &Piece)| {
+            let [from, to] = [0, 1].map(|end| piece.tangent.dot(&(center - self.low_end(k, end))));
+            let depth = -piece.height(center);
+            (from >= 0.0 && to <= 0.0 && depth < self.raised).then_some(depth)
+        };
+        self.pieces.iter().enumerate().filter_map(through).fold(0.0, f64::max)
+    }
+
+    /// The start (0) or the end (1) of piece `k` before the ground was raised.
+    fn low_end(&self, k: usize, end: usize) -> Vector2<f64> {
+        let normal = self.pieces[k].normal;
+        let next = if end == 0 { k.checked_sub(1) } else { Some(k + 1) };
+        let next = next.and_then(|k| self.pieces.get(k)).map_or(normal, |next| next.normal);
+        let up = (normal + next) / (1.0 + normal.dot(&next));
+        self.pieces[k].ends[end].vertex - up * self.raised
+    }
+
     /// Distance of a point from the nearest point of the ground, in m; if the ground is raised, a lower bound of the distance from the ground
     /// below it.
     pub(crate) fn distance(&self, at: &Vector2<f64>) -> f64 {
@@ -404,6 +424,11 @@ impl Ground {
             return Err("small enough for the disc to fit between the pieces of the terrain".into());
         }
         Ok(Self { raised: radius, ..Self::new(pieces, self.is_polyline) })
+    }
+
+    /// The two ends of a polyline before it was raised.
+    pub(crate) fn ends(&self) -> [Vector2<f64>; 2] {
+        [self.low_end(0, 0), self.low_end(self.pieces.len() - 1, 1)]
     }
 
     /// Its convex vertices and its ends: the corners that a side of the body can meet.

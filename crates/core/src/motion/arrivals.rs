@@ -64,6 +64,7 @@ impl Driver<'_, AnyContacts> {
                 self.body.state.put_on(j, &self.body.posture, piece);
             }
         }
+        self.drop_sides_passed();
         self.approaching()
     }
 

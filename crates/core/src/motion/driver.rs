@@ -26,7 +26,7 @@ use crate::motion::frame::{Base, Snapshot};
 use crate::motion::ground_watch::GroundWatch;
 use crate::motion::nested::{Lap, Limit, NestedSequence};
 use crate::motion::record::{Moment, Motion, Record, Span, ZenoRecord};
-use crate::options::{Options, Stop};
+use crate::options::{Edges, Options, Stop};
 use crate::outcome::{Cause, ContactNumber, ContactSet, End, FirstZeno, Outcome};
 use crate::sustained::BodyState;
 use crate::sustained::edges::{EdgeWatch, Entry};
@@ -176,7 +176,10 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             cause: Some(Cause::Start),
             fresh: true,
             nested: NestedSequence::default(),
-            watch: GroundWatch::new(base.posture.as_ref()),
+            watch: GroundWatch::new(
+                base.posture.as_ref(),
+                options.edges == Edges::Contact && !local,
+            ),
             edges: EdgeWatch::new(base.posture.as_ref(), options, local),
             record: Box::new(Record::new(base, warnings)),
             options: *options,

@@ -1,5 +1,5 @@
 //! Checks, during a run, for motions that the ground of the whole body would not allow: contacts on ground lines that the user can hardly
-//! have intended, and parts of the body, other than its contacts, in the ground.
+//! have intended, parts of the body, other than its contacts, in the ground, and sides of the body that pieces of the ground cross.
 
 use nalgebra::{Vector2, Vector3};
 use smallvec::SmallVec;
@@ -18,13 +18,15 @@ struct BodyPoint {
     at: Vector2<f64>,
 }
 
-/// Checks the ground during a run. Each of its two checks ends with its first warning.
+/// Checks the ground during a run. Each of its checks ends with its first warning.
 #[derive(Debug, Clone)]
 pub(crate) struct GroundWatch {
     /// Whether the lines of contacts without a terrain are checked.
     lines: bool,
     /// The points that are over the ground in the nominal posture, and are checked.
     points: SmallVec<[BodyPoint; 1]>,
+    /// Whether sides of the body are checked, which pieces of the ground do not cross.
+    sides: bool,
     /// q of the body at the last check.
     at: Vector3<f64>,
     /// Distance in m by which its points may move from there without need of a check; ∞: no checks.
@@ -44,11 +46,13 @@ fn height(posture: &Posture, i: usize, at: &Vector2<f64>) -> (Option<f64>, f64) 
 }
 
 impl GroundWatch {
-    /// A new watch; some postures need no checks.
-    pub(crate) fn new(posture: Option<&Posture>) -> Self {
+    /// A new watch; some postures need no checks. `sides`: whether corners of the ground are contacts on sides of the
+    /// body.
+    pub(crate) fn new(posture: Option<&Posture>, sides: bool) -> Self {
         let at = Vector3::zeros();
         let Some(posture) = posture else {
-            return Self { lines: false, points: SmallVec::new(), at, room: f64::INFINITY };
+            let points = SmallVec::new();
+            return Self { lines: false, points, sides: false, at, room: f64::INFINITY };
         };
         let own = posture.own_ground();
         let fields = posture.fields();
@@ -76,7 +80,11 @@ impl GroundWatch {
             }
             over
         });
-        Self { lines: own.is_some(), points, at, room }
+        let sides = sides && !posture.ground_corners().is_empty();
+        if sides {
+            room = room.min(least);
+        }
+        Self { lines: own.is_some(), points, sides, at, room }
     }
 
     /// Whether checks are needed.
@@ -125,6 +133,19 @@ impl GroundWatch {
         }
         let touched: SmallVec<[usize; 2]> = posture.distinct().filter(|&i| touches(i)).collect();
         let mut entered = None;
+        if self.sides {
+            let least = SAME_GROUND * posture.size();
+            self.room = self.room.min(least);
+            if let Some((place, depth)) = posture.pierced(q, least) {
+                self.sides = false;
+                warnings.push(format!(
+                    "body-in-ground: at t = {:?} s or before, a side of the body has come through the ground, {depth:?} m deep at ({:?}, {:?}) m",
+                    time(),
+                    place.x,
+                    place.y
+                ));
+            }
+        }
         for point in &self.points {
             let at = point.at + moved(point.at);
             let least = -SAME_GROUND * (posture.size() + (at - point.at).norm());
@@ -162,6 +183,39 @@ impl GroundWatch {
         if self.is_on() {
             let touches = |i: usize| body.points[posture.point_of(i)].h == 0.0;
             self.look(posture, &body.state().q, local, touches, time, warnings);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::contact::Contact;
+    use crate::body::posture::{GroundKind, PostureFields};
+
+    /// A box beside the ridge of a roof of 45 degrees, over it, and with one of its corners below a piece.
+    #[test]
+    fn a_side_that_a_piece_crosses_is_told_once() {
+        let outline = vec![[-0.5, 0.0], [0.5, 0.0], [0.5, 1.0], [-0.5, 1.0]];
+        let posture = Posture::new(PostureFields {
+            mass: 1.0,
+            gyration_radius: 0.4,
+            center_of_mass: [0.0, 0.5],
+            contacts: outline.iter().map(|[x, y]| Contact::at(*x, *y)).collect(),
+            restitution: 0.0,
+            gravity: 9.81,
+            terrain: vec![[-9.0, -9.0], [0.0, 0.0], [9.0, -9.0]],
+            ground: GroundKind::Own,
+            outline,
+        })
+        .unwrap();
+        for (sides, count) in [(true, 1), (false, 0)] {
+            let (mut watch, mut warnings) = (GroundWatch::new(Some(&posture), sides), Vec::new());
+            for q in [[0.1, 0.0, 0.0], [1.0, -0.4, 0.0], [1.0, -0.9, 0.0], [1.0, -0.8, 0.0]] {
+                watch.look(&posture, &q.into(), false, |_| false, || 0.0, &mut warnings);
+                let deep = q[1] == -0.9 || q[1] == -0.8;
+                assert_eq!(warnings.len(), if deep { count } else { 0 }, "{q:?} {warnings:?}");
+            }
         }
     }
 }

@@ -14,6 +14,7 @@ use crate::body::terrain::Piece;
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
 use crate::options::Edges;
+use crate::sustained::ContactState;
 use crate::sustained::edges::Entry;
 use crate::sustained::side::SideContact;
 use crate::tolerance::{OVER_VERTEX, PLACE, TOUCH};
@@ -141,19 +142,53 @@ impl Driver<'_, AnyContacts> {
         }
     }
 
-    /// Removes corners of the ground that have come to the line of their side beyond its end. Returns whether there are any.
+    /// Removes corners of the ground that have come to the line of their side beyond its end, or at its end without approaching the next side:
+    /// they pass the corner of the body there. Returns whether there are any.
     pub(super) fn drop_sides_passed(&mut self) -> bool {
         if !self.body.state.has_turning_sides() {
             return false;
         }
-        let (size, before) = (self.body.posture.size(), self.body.contacts);
+        let before = self.body.contacts;
+        (0..before).for_each(|i| self.choose_by_velocity(i));
         for i in (0..before).rev() {
-            let state = &self.body.state;
-            if state.points[i].h == 0.0 && state.is_beyond_side(i, size) {
+            if self.body.state.points[i].h == 0.0 && self.passes_corner(i) {
                 self.remove_side(i);
             }
         }
         self.body.contacts < before
+    }
+
+    /// Whether point `i`, a corner of the ground on the line of its side, is beyond an end of the side, or approaches only this one of the two
+    /// sides that meet at that end.
+    fn passes_corner(&self, i: usize) -> bool {
+        let (state, posture) = (&self.body.state, &self.body.posture);
+        let (Some(on), Some(outline)) = (state.turning_side(i), posture.outline()) else {
+            return false;
+        };
+        let (size, p) = (posture.size(), &state.points[i]);
+        let ways = on.distances_from_ends(p.b);
+        if ways.iter().any(|way| *way < -TOUCH * size) {
+            return true;
+        }
+        let corner = on.corner + Vector2::from(posture.fields().center_of_mass);
+        let error = state.position_error(i, posture);
+        let convex = |end: &usize| ways[*end] <= error && !outline.sides()[on.side].concave()[*end];
+        let mut next = (0..2).filter(convex).filter_map(|end| outline.next(on.side, end));
+        let rate = |side: &Side| SideContact::new(posture, 0, corner, side).point(state, size).u;
+        p.u < 0.0 && next.any(|side| rate(side) >= 0.0)
+    }
+
+    /// Whether a side of the body that ends at point `i` lies on this vertex of the ground.
+    pub(super) fn ends_side_on(&self, i: usize, vertex: Vector2<f64>) -> bool {
+        let (state, posture) = (&self.body.state, &self.body.posture);
+        let center = Vector2::from(posture.fields().center_of_mass);
+        let here = |end: Vector2<f64>| self.corner_at(end + center) == Some(i);
+        state.points.iter().any(|p| {
+            let on = state.sides.iter().find(|on| on.contact == p.place.contact);
+            let on = on.filter(|on| p.h == 0.0 && on.corner + center == vertex);
+            on.and_then(|on| self.side(on.side))
+                .is_some_and(|side| side.ends().into_iter().any(here))
+        })
     }
 
     /// The point of the contact at this place of the body in its nominal posture.
@@ -203,7 +238,9 @@ impl Driver<'_, AnyContacts> {
         self.put_in_vertex(j, on.corner + center);
     }
 
-    /// Puts point `j`, a corner of the body that comes to a vertex of its ground from the end of a side, onto the piece that it moves to.
+    /// Puts point `j`, a corner of the body that comes to a vertex of its ground from the end of a side, onto the piece that it moves to. It
+    /// moves along the side, which does not enter the ground: it approaches at most one of the two pieces, and leaves the other one or moves
+    /// along it.
     fn put_in_vertex(&mut self, j: usize, vertex: Vector2<f64>) {
         let contact = self.body.state.points[j].place.contact;
         let Some(ground) = self.body.posture.ground(contact) else { return };
@@ -215,19 +252,32 @@ impl Driver<'_, AnyContacts> {
             return; // it touches already
         }
         self.body.state.put_on(j, &self.body.posture, k as isize);
-        let state = &mut self.body.state;
-        let slip = state.slip(j);
-        let p = &mut state.points[j];
-        p.u = p.normal.dot(&state.center.v) + p.b * state.spin.omega;
-        p.place.sides[end] = 0.0;
+        self.body.state.points[j].place.sides[end] = 0.0;
         self.resting[j] = false;
+        let slip = self.body.state.slip(j);
         let beyond = self.body.posture.piece(contact, k as isize + if end == 0 { -1 } else { 1 });
         let outwards = if end == 0 { slip < 0.0 } else { slip > 0.0 };
         if beyond.is_none() && outwards {
             self.cross(j, end);
-        } else {
-            self.choose_by_velocity(j);
+            return;
         }
+        let mut p = self.body.state.points[j];
+        let other = if beyond.is_some() { self.beyond_vertex(j, end) } else { p };
+        p = self.off_side(&p, &other);
+        if p.u < 0.0 && beyond.is_none() {
+            (p.h, p.depth) = (f64::INFINITY, f64::MIN_POSITIVE); // under the piece, from beyond its end
+        }
+        self.body.state.points[j] = p;
+    }
+
+    /// A corner of the body that comes to a convex vertex of the ground from the end of a side, on one piece of the vertex or on the other: on
+    /// the one that it does not approach.
+    pub(super) fn off_side(&self, one: &ContactState, other: &ContactState) -> ContactState {
+        let (v, omega) = (self.body.state.center.v, self.body.state.spin.omega);
+        let known = PLACE * (v.norm() + one.arm().norm() * omega.abs());
+        let rate = |p: &ContactState| p.normal.dot(&v) + p.b * omega;
+        let p = if rate(other) > rate(one) { other } else { one };
+        ContactState { u: if rate(p).abs() <= known { 0.0 } else { rate(p) }, ..*p }
     }
 
     /// Point `i`, a corner of the body on the ground, passes a convex vertex: the vertex goes on along the side behind the corner. It moves away

@@ -76,7 +76,8 @@ impl<V: MassVector> InstantImpacts<V> {
     pub(super) fn pushed(&mut self, i: usize, tangential: f64, change: &V) {
         for cycle in &mut self.cycles {
             cycle.change.add_scaled(change, 1.0);
-            cycle.rubs[i] += tangential;
+            // A point that has been added since the cycle began ends it (see `next`).
+            cycle.rubs.get_mut(i).into_iter().for_each(|rub| *rub += tangential);
         }
     }
 
@@ -458,5 +459,23 @@ mod tests {
             }
             assert_eq!(monitor.persistent, persistent, "{ratio}");
         }
+    }
+
+    /// Point 1 is added to point 0 after the first impact, as the second point of a contact in a vertex is. The cycles of point 0 end with it.
+    #[test]
+    fn a_point_is_added_within_a_series_of_impacts() {
+        let (mut impacts, change) = (InstantImpacts::none(Vector3::zeros()), Vector3::x());
+        let now = Clock { hi: 1.0, lo: 0.0 };
+        let hit = |impacts: &mut InstantImpacts<Vector3<f64>>, rates: &[f64]| {
+            let pieces = rates.iter().map(|_| 0).collect();
+            let next = impacts.next(0, now, rates, pieces, |v| v.norm(), 1.0);
+            assert!(matches!(next, GoesOn::Somehow));
+        };
+        hit(&mut impacts, &[-1.0]);
+        impacts.pushed(1, 0.5, &change);
+        hit(&mut impacts, &[-0.5, 0.0]);
+        impacts.pushed(1, 0.5, &change);
+        assert_eq!(impacts.cycles.len(), 1);
+        assert_eq!(impacts.cycles[0].rubs[..], [0.0, 0.5]);
     }
 }

@@ -9,7 +9,7 @@ use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
 use crate::outcome::{Cause, ContactNumber};
 use crate::sustained::{BodyState, ContactState, Rounding};
-use crate::tolerance::{OVER_VERTEX, PLACE, STEEPER_PIECE, TOUCH, WEDGED};
+use crate::tolerance::{LANDS_TOGETHER, OVER_VERTEX, PLACE, STEEPER_PIECE, TOUCH, WEDGED};
 
 impl Driver<'_, AnyContacts> {
     /// Contact `i` crosses the left (0) or right (1) end of the piece of terrain under it. The next piece is as high there, and
@@ -170,6 +170,8 @@ impl Driver<'_, AnyContacts> {
             return None;
         }
         let error = self.body.state.position_error(i, &self.body.posture);
+        // A gap that has come down with a larger error, in many bounces, ends so far from the vertex.
+        let error = error.max(LANDS_TOGETHER * p.rounding.gap);
         let falls = |side: &usize| {
             let to: isize = if *side == 0 { -1 } else { 1 };
             let next = self.body.posture.piece(p.place.contact, p.place.piece + to);
@@ -180,12 +182,13 @@ impl Driver<'_, AnyContacts> {
     }
 
     /// Point `i`, which is in a convex vertex at this end of its piece, on the other piece of the vertex.
-    fn beyond_vertex(&self, i: usize, side: usize) -> ContactState {
+    pub(super) fn beyond_vertex(&self, i: usize, side: usize) -> ContactState {
         ContactState { h: 0.0, ..self.neighbour(i, side) }
     }
 
     /// Puts point `i`, if it moves on the ground in a convex vertex, onto one of the two pieces. This is the piece that faces up more,
-    /// unless the point approaches this piece and moves away from the other one.
+    /// unless the point approaches this piece and moves away from the other one. A point that moves along the other one hits this piece,
+    /// unless it is on the other one already, or a side of the body that ends at the point lies on the vertex: then it approaches neither.
     pub(super) fn choose_by_velocity(&mut self, i: usize) {
         let Some(side) = self.convex_end(i) else { return };
         let (p, other) = (self.body.state.points[i], self.beyond_vertex(i, side));
@@ -196,10 +199,23 @@ impl Driver<'_, AnyContacts> {
         let fall = self.body.state.fall;
         let (up, down) =
             if other.normal.dot(&fall) < p.normal.dot(&fall) { (other, p) } else { (p, other) };
-        let on_up = up.u >= 0.0 || down.u <= PLACE * speed;
-        let chosen = if on_up { up } else { down };
+        let off_side = self.off_side(&p, &other);
+        let leaves_side =
+            || self.vertex(&p, side).is_some_and(|vertex| self.ends_side_on(i, vertex));
+        let on_up = up.u >= 0.0 || p.u < 0.0 && down.u <= PLACE * speed;
+        let chosen = match on_up {
+            _ if off_side.u >= 0.0 && p.u < 0.0 && leaves_side() => off_side,
+            true => up,
+            false => down,
+        };
         self.resting[i] &= chosen.normal == p.normal;
         self.body.state.points[i] = chosen;
+    }
+
+    /// The vertex at this end of the piece of a point.
+    fn vertex(&self, p: &ContactState, side: usize) -> Option<Vector2<f64>> {
+        let piece = self.body.posture.piece(p.place.contact, p.place.piece)?;
+        Some(piece.ends[side].vertex)
     }
 
     /// Puts point `i`, if it starts in a concave vertex and approaches both pieces, onto the piece that faces up more. The choice of the

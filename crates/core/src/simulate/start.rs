@@ -67,8 +67,8 @@ impl Start {
                 if gap.abs() <= place && rate.abs() <= speed {
                     (gap, rate) = (0.0, 0.0);
                 }
-                let gap = posture.signed_gap(i, &state.q, local, gap);
-                (if under.exists { gap } else { f64::INFINITY }, rate)
+                let gap = if under.exists { gap } else { f64::INFINITY };
+                (posture.signed_gap(i, &state.q, local, gap), rate)
             })
             .unzip();
         let warnings = touch(&mut heights, TOUCH * posture.size())?;

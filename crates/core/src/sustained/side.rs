@@ -21,7 +21,6 @@ use crate::flight::parabola_touchdown;
 use crate::math::roots::bracketed;
 use crate::math::turn::Turn;
 use crate::sustained::{BodyState, ContactState, Rounding};
-use crate::tolerance::TOUCH;
 
 /// Most steps in the search for a touchdown. A touchdown after so many is found when the corner enters the body.
 const MOST_STEPS: usize = 65_536;
@@ -300,14 +299,6 @@ impl BodyState {
             }
         }
         None
-    }
-
-    /// Whether point `i`, a corner of the ground, lies beyond an end of its side.
-    pub(crate) fn is_beyond_side(&self, i: usize, size: f64) -> bool {
-        let p = &self.points[i];
-        self.turning_side(i).is_some_and(|side| {
-            side.distances_from_ends(p.b).iter().any(|way| *way < -TOUCH * size)
-        })
     }
 }
 
