@@ -8,7 +8,8 @@ use std::process::Command;
 
 use random::Random;
 use standfast::{
-    Contact, Model, Options, Outcome, Posture, PostureFields, State, Stop, Trajectory, simulate,
+    Contact, Impact, Model, Options, Outcome, Posture, PostureFields, State, Stop, Trajectory,
+    simulate,
 };
 
 #[path = "../crates/core/src/math/random.rs"]
@@ -80,6 +81,7 @@ fn scene(number: usize) -> (Posture, State, Options) {
         let qdot = [0, 1, 2].map(|_| r.between(-1.0, 1.0) * moving);
         let stop = if r.chance(0.5) { Stop::Zeno } else { Stop::Rest };
         let options = Options {
+            impact: Impact::Newton,
             tolerance,
             stop,
             record: r.chance(0.5),

@@ -13,8 +13,8 @@ use standfast::body::{LocalModel, LocalModelFields, LocalState};
 use standfast::simulate::simulate_local;
 use standfast::stability::{Argument, Stability, conditions};
 use standfast::{
-    Contact, Lamina, Model, Options, Outcome, Posture, PostureFields, State, Stop, simulate,
-    stability,
+    Contact, Impact, Lamina, Model, Options, Outcome, Posture, PostureFields, State, Stop,
+    simulate, stability,
 };
 
 const MODELS: [(Model, &str); 3] =
@@ -51,7 +51,8 @@ fn runs(c: &mut Criterion) {
     for (name, posture, start) in &scenes {
         for stop in [Stop::Zeno, Stop::Rest] {
             for (model, of) in MODELS {
-                let options = Options { model, stop, record: false, ..Options::default() };
+                let impact = Impact::Newton;
+                let options = Options { model, impact, stop, record: false, ..Options::default() };
                 let run = || simulate(black_box(posture), start, &options);
                 let ended = run().unwrap_or_else(|e| panic!("{e}"));
                 let due = if stop == Stop::Zeno { Outcome::Zeno } else { Outcome::Rest };

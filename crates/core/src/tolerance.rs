@@ -302,6 +302,11 @@ pub(crate) const CHANGED_SPEED: f64 = 1.02;
 
 // --- Sustained contact ---
 
+/// Speed of a whole body that counts as zero where no contact mode is consistent with it. Unit: the largest speed of the run. Impacts of two
+/// contacts one after the other (in a wedge, at a wall) leave such speeds of a motion that ends. A slower body that really slides could jam.
+/// Range: 1e-12 to 1e-8.
+pub(crate) const LEFT_OF_ZERO: f64 = 1e-10;
+
 /// Sliding speed that counts as zero if friction can hold the contact. Unit: the largest speed of the run. Also the acceleration of a body
 /// at rest that counts as zero. Unit: gravity. Sums of rounded impulses leave speeds of about 1e-15. A larger value would end nested
 /// accumulations too early, by the same fraction of their time. Range: 1e-14 to 1e-12.

@@ -22,7 +22,7 @@ use crate::outcome::{Cause, Outcome, ZenoMethod};
 use crate::sustained::edges::{Entry, Path};
 use crate::sustained::side::SideContact;
 use crate::sustained::{BodyState, ContactState};
-use crate::tolerance::{DEPARTED, STILL};
+use crate::tolerance::{DEPARTED, LEFT_OF_ZERO, STILL};
 
 /// Impacts between two computations of b, c from θ, and of dependent gaps and rates from independent ones.
 const REFRESH: usize = 32;
@@ -163,6 +163,7 @@ impl Planar for AnyContacts {
     fn end_contact(driver: &mut Driver<'_, Self>, outcome: Outcome) -> Option<Outcome> {
         match outcome {
             Outcome::Inconsistent if driver.jam() => driver.stop_after_jam(),
+            Outcome::Inconsistent if driver.stands_at_last() => None,
             outcome => Some(outcome),
         }
     }
@@ -240,6 +241,19 @@ impl<'a> Driver<'a, AnyContacts> {
         run.resting = start.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         run.body.fastest = fastest;
         run.run_tail().map(|run| (run.body.state, run.log.word))
+    }
+
+    /// No mode is consistent, with speeds that are what impacts one after the other have left of zero: the body stands. At rest there is a mode.
+    /// Returns whether it moved.
+    fn stands_at_last(&mut self) -> bool {
+        let state = &mut self.body.state;
+        let speed = state.center.v.norm() + self.body.posture.size() * state.spin.omega.abs();
+        let moves = speed > 0.0 && speed <= LEFT_OF_ZERO * self.body.fastest;
+        if moves {
+            state.stand();
+            self.record.undecided = None;
+        }
+        moves
     }
 
     fn note_flight(&mut self) {

@@ -203,7 +203,8 @@ mod tests {
             for scale in [1e-6, 1e-4, 1e-3] {
                 let posture = standing(feet, friction, 0.3);
                 let state = State::at_rest([0.0, 2.0 * scale, 0.7 * scale]);
-                let options = Options { model: Model::Local, stop, ..Options::default() };
+                let impact = Impact::Newton;
+                let options = Options { model: Model::Local, impact, stop, ..Options::default() };
                 let local = simulate(&posture, &state, &options).unwrap();
                 let full =
                     simulate(&posture, &state, &Options { model: Model::Full, ..options }).unwrap();
@@ -233,7 +234,9 @@ mod tests {
         let posture = standing(&[(-0.5, 0.0), (0.4, 0.0)], 0.4, 0.3);
         let state = State::at_rest([0.0, 2e-5, 7e-6]);
         let run = |tolerance| {
-            simulate(&posture, &state, &Options { tolerance, ..Options::default() }).unwrap()
+            let impact = Impact::Newton;
+            simulate(&posture, &state, &Options { impact, tolerance, ..Options::default() })
+                .unwrap()
         };
         let (loose, tight) = (run(1e-3), run(1e-12));
         assert_eq!((loose.model(), tight.model()), (Model::Local, Model::Full));
