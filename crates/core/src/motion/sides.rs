@@ -166,13 +166,12 @@ impl Driver<'_, AnyContacts> {
             return false;
         };
         let (size, p) = (posture.size(), &state.points[i]);
-        let ways = on.distances_from_ends(p.b);
-        if ways.iter().any(|way| *way < -TOUCH * size) {
+        let (ways, touch) = (on.distances_from_ends(p.b), TOUCH * size);
+        if ways.iter().any(|way| *way < -touch) {
             return true;
         }
         let corner = on.corner + Vector2::from(posture.fields().center_of_mass);
-        let error = state.position_error(i, posture);
-        let convex = |end: &usize| ways[*end] <= error && !outline.sides()[on.side].concave()[*end];
+        let convex = |end: &usize| ways[*end] <= touch && !outline.sides()[on.side].concave()[*end];
         let mut next = (0..2).filter(convex).filter_map(|end| outline.next(on.side, end));
         let rate = |side: &Side| SideContact::new(posture, 0, corner, side).point(state, size).u;
         p.u < 0.0 && next.any(|side| rate(side) >= 0.0)
