@@ -1268,7 +1268,8 @@ fn feet_that_land_together_after_a_long_fall_keep_no_speed() {
             ..PostureFields::default()
         })
         .unwrap();
-        let options = Options { model: Model::Full, ..until(Stop::Zeno) };
+        let impact = Impact::Newton;
+        let options = Options { model: Model::Full, impact, ..until(Stop::Zeno) };
         let start = State::at_rest([0.652, height, 0.258]);
         let run = simulate(&body, &start, &options).unwrap();
         let falls = height < 1e12 * body.size();
@@ -1522,6 +1523,7 @@ fn a_slope_that_has_no_square_turns_nothing() {
         .unwrap();
         let options = Options {
             model: Model::Full,
+            impact: Impact::Newton,
             simultaneous: Some(Simultaneous::FirstContactFirst),
             ..Options::default()
         };
