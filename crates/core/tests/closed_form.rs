@@ -1,7 +1,7 @@
 //! Motions with known results: closed forms over ranges of their parameters, and plain summation.
 
 use standfast::body::{LocalModel, LocalModelFields, LocalState};
-use standfast::options::Simultaneous;
+use standfast::options::{Impact, Simultaneous};
 use standfast::outcome::{ZenoKind, ZenoMethod};
 use standfast::simulate::simulate_local;
 use standfast::{
