@@ -11,7 +11,7 @@
 //! So v_n(p) has at most two straight pieces, of which the second one rises. It has one zero p_c, the end of compression.
 
 use crate::options::Impact;
-use crate::tolerance::JAMMED_SLIDE;
+use crate::tolerance::{JAMMED_SLIDE, STILL};
 
 /// The warning of a run with [`Impact::Newton`] in which a contact with friction is hit.
 pub(crate) const NO_FRICTION: &str = "friction acts between impacts only: a contact with friction was hit, and impact = \"newton\" has no friction in impacts; the default \"auto\", \"poisson\", \"stronge\", \"chatterjee-ruina\" and \"moreau\" have it";
@@ -180,6 +180,11 @@ pub(crate) fn impulse(
             })
         }
     }
+}
+
+/// The direction in which a contact slides that is hit by this impulse; 0 if friction stops it.
+pub(crate) fn slides_in_impact([p_t, p_n]: [f64; 2], mu: f64) -> f64 {
+    if p_t.abs() < (1.0 - STILL) * mu * p_n { 0.0 } else { -p_t.signum() }
 }
 
 /// The impulse (P_t, P_n), per unit mass, of a contact that slides at v_t without approaching and would be pulled into the terrain by its

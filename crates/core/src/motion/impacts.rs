@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::body::contact::ContactValues;
 use crate::collisions::log::names;
-use crate::impact::friction::{self, Material, NO_FRICTION, plastic_jam};
+use crate::impact::friction::{self, Material, NO_FRICTION, plastic_jam, slides_in_impact};
 use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, together};
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
@@ -209,8 +209,11 @@ impl Driver<'_, AnyContacts> {
         rate: f64,
         impulse: [f64; 2],
     ) {
-        let rubs =
-            self.options.impact == Impact::Newton && self.body.state.points[i].friction > 0.0;
+        let (law, friction) = (self.options.impact, self.body.state.points[i].friction);
+        if law != Impact::Newton {
+            self.nested.rubs(i, slides_in_impact(impulse, friction), self.log.clock);
+        }
+        let rubs = law == Impact::Newton && friction > 0.0;
         if rubs && !self.body.friction_warned {
             self.body.friction_warned = true;
             self.record.warnings.push(NO_FRICTION.into());

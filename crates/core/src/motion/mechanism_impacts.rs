@@ -5,7 +5,7 @@ use crate::body::ContactSpace;
 use crate::body::contact::{ContactLetters, ContactValues};
 use crate::body::terrain::Place;
 use crate::collisions::log::names;
-use crate::impact::friction::{self, Material, NO_FRICTION, plastic_jam};
+use crate::impact::friction::{self, Material, NO_FRICTION, plastic_jam, slides_in_impact};
 use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, together};
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::math::simplex::maximise;
@@ -138,9 +138,7 @@ impl Driver<'_, Jointed> {
         self.cause = Some(Cause::Impact(ContactNumber::of(i)));
         let friction = self.body.friction[i];
         if self.options.impact != Impact::Newton {
-            let sticks = impulse[0].abs() < (1.0 - STILL) * friction * impulse[1];
-            let way = if sticks { 0.0 } else { -impulse[0].signum() };
-            self.body.laps.rubs(i, way, self.log.clock);
+            self.body.laps.rubs(i, slides_in_impact(impulse, friction), self.log.clock);
         }
         let rubs = self.options.impact == Impact::Newton && friction > 0.0;
         if rubs && !self.body.friction_warned {
