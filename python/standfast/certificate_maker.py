@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from fractions import Fraction
 from itertools import combinations
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -86,6 +87,23 @@ def scene(posture: Posture, contacts: Sequence[int]) -> dict[str, Any]:
             for k, foot in feet
         ],
     }
+
+
+def same_scene(stated: Any, real: Any, path: Path, name: str = "scene") -> None:
+    """Refuses the scene of a certificate that is not the one of a scene file, and names the first value that differs."""
+    if isinstance(real, dict):
+        for key, part in real.items():
+            same_scene(stated[key], part, path, f"{name}.{key}")
+    elif isinstance(real, list) and len(stated) == len(real):
+        for k, part in enumerate(real):
+            same_scene(stated[k], part, path, f"{name}[{k}]")
+    elif isinstance(real, list):
+        raise ValueError(f"{name} has {len(stated)} entries; {path} has {len(real)}")
+    elif stated != real:
+        value, own = (
+            float.fromhex(x) if isinstance(x, str) else x for x in (stated, real)
+        )
+        raise ValueError(f"{name} is {value}; in {path} it is {own}")
 
 
 def _claimed(

@@ -27,6 +27,8 @@ from cyclopts import (
 import standfast as sf
 from standfast._core import load_any, write_whole
 from standfast.animation import NEEDS, SUFFIXES
+from standfast.certificate_maker import same_scene
+from standfast.certificate_maker import scene as scene_of
 from standfast.report import account
 from standfast.table import map_table
 
@@ -336,18 +338,28 @@ def stability(
 @app.command
 def check(
     certificate: Annotated[Path, Parameter(converter=_path)],
+    scene: Annotated[Path | None, Parameter(converter=_path)] = None,
 ) -> None:
-    """Prove a verdict again from its certificate, in exact arithmetic and without the core.
+    """Prove a verdict again from its certificate, in exact arithmetic and without the core. Print the claim and its scene.
 
     Parameters
     ----------
     certificate
         File that `standfast stability SCENE --certificate FILE` has written.
+    scene
+        Scene file that the certificate has to be of: the same doubles, and the same contacts that touch the ground.
     """
     with _of(certificate):
         found = sf.certificate.read(certificate)
         sf.certificate.check(found)
-    _say(f"{certificate.name}: {sf.certificate.summary(found)}")
+    if scene is not None:
+        posture = sf.load(scene).posture
+        with _of(scene):
+            touching = sf.stability(posture).contacts
+        with _of(certificate):
+            same_scene(found["scene"], scene_of(posture, touching), scene)
+    same = "" if scene is None else f"\n  the scene of {scene.name}"
+    _say(f"{certificate.name}: {sf.certificate.summary(found)}{same}")
 
 
 @app.command

@@ -1,6 +1,7 @@
 """Zeno times known in closed form or to twenty digits, in scenes without friction."""
 
 import math
+import random
 from fractions import Fraction
 
 import pytest
@@ -164,3 +165,31 @@ def test_a_rod_that_lands_flat_stays_flat(model):
         assert run.outcome == "rest"
         assert run.time == pytest.approx(0.2 * 1.1 / 0.9, rel=1e-14)
         assert abs(run.q[2]) <= 1e-12
+
+
+def test_no_impact_is_listed_after_the_end_of_a_run():
+    """A time limit one rounding step before an impact. The clock is a sum of two doubles: the first one alone may tie with the limit."""
+    rng = random.Random(1)
+    late = 0
+    for n in range(600):
+        feet = [
+            sf.Contact((x, 0.0), friction=0.3 * (n % 3 == 0))
+            for x in ([0], [-0.5, 0.5])[n % 2]
+        ]
+        body = sf.Posture(1, 0.3, (0, 0), feet, rng.choice([0.15, 0.5, 0.8]))
+        start = (
+            (0, rng.uniform(0.6, 2), rng.uniform(-1, 1)),
+            (0.3, rng.uniform(-1, 1), rng.uniform(-1, 1)),
+        )
+        options = {
+            "model": rng.choice(["full", "local"]),
+            "impact": rng.choice(["newton", "moreau", "poisson"]),
+        }
+        for t in sf.simulate(body, *start, event_limit=200, **options).impacts["time"][
+            :4
+        ]:
+            run = sf.simulate(body, *start, time_limit=math.nextafter(t, 0), **options)
+            assert run.impacts["elapsed"].max(initial=0) <= run.elapsed
+            run.at(run.impacts["elapsed"])
+            late += len(run.impacts) > 1
+    assert late > 300

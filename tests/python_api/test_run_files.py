@@ -71,3 +71,15 @@ def test_a_file_without_a_run(tmp_path):
     sf.Scene(ROD, *START).save(scene)
     with pytest.raises(ValueError, match="holds no run"):
         sf.Run.load(scene)
+
+
+def test_a_key_given_twice_is_refused_by_name(tmp_path):
+    """A reader may see one of the values, and the program take the other."""
+    file = tmp_path / "run.json"
+    sf.simulate(ROD, *START).save(file)
+    text = file.read_text(encoding="utf-8")
+    for key in ("outcome", "mass", "rates_after"):
+        first = text.index(f'"{key}"')
+        file.write_text(f'{text[:first]}"{key}": 0, {text[first:]}', encoding="utf-8")
+        with pytest.raises(ValueError, match=f"duplicate key `{key}`"):
+            sf.Run.load(file)

@@ -12,6 +12,7 @@ import sys
 import time
 from dataclasses import replace
 from fractions import Fraction
+from itertools import combinations
 from pathlib import Path
 
 import mpmath as mp
@@ -21,8 +22,10 @@ import standfast as sf
 from bodies import paper_vee
 from corners import next_corner
 from feet import draw_feet
+from feet import rays as all_rays
 from standfast.certificate import intervals as numbers
 from standfast.certificate.corners import Cell, Corners
+from standfast.certificate.feet import rays
 from standfast.certificate.flights import Flights
 from standfast.certificate.potential import Fast, fast_end
 from standfast.certificate.scene import body_of
@@ -215,7 +218,7 @@ def test_the_checker_runs_without_the_package(tmp_path):
     command = [sys.executable, "-I", "-S", "-c", PROGRAM]
     run = subprocess.run([*command, str(good)], capture_output=True, text=True)
     assert (run.returncode, run.stderr) == (0, "")
-    assert run.stdout == f"{good}: stable by theorem-3-loose: every step holds\n"
+    assert run.stdout.startswith(f"{good}: stable by theorem-3-loose: every step holds\n  contacts 1, 2, jams = 'none'\n")  # fmt: skip
     run = subprocess.run([*command, str(bad)], capture_output=True, text=True)
     assert run.returncode == 2
     assert run.stderr.startswith(f"{bad}: theorem-3-loose: ")
@@ -243,7 +246,13 @@ def test_on_the_command_line(tmp_path, capsys):
     assert main(["stability", str(scene), "--certificate", str(path)]) == 0
     assert f"wrote {path}" in capsys.readouterr().out
     assert main(["check", str(path)]) == 0
-    assert capsys.readouterr().out.endswith("every step holds\n")
+    shown = capsys.readouterr().out
+    assert "every step holds\n" in shown
+    assert main(["check", str(path), str(scene)]) == 0
+    assert capsys.readouterr().out == f"{shown.rstrip()}\n  the scene of stairs.toml\n"
+    other = ROOT / "examples" / "v_terrain.toml"
+    assert main(["check", str(path), str(other)]) == 2
+    assert f"{path}: scene." in capsys.readouterr().err
     certificate = json.loads(path.read_text())
     certificate["claim"]["by"] = "well"
     path.write_text(json.dumps(certificate))
@@ -549,10 +558,14 @@ def test_an_undecided_verdict_has_no_certificate():
     ("path", "value", "words"),
     [
         (("conventions",), 2, "conventions 2"),
-        (("scene", "gravity"), 9.81, "scene.gravity is not a hexadecimal number"),
-        (("scene", "gravity"), "0x0p0", "scene.gravity is not positive"),
-        (("scene", "contacts", 0, "restitution"), "0x1p0", "below 1"),
-        (("scene", "contacts", 1, "slope"), "0x1p3", "slope"),
+        (("scene", "gravity"), 9.81, "scene.gravity is not a finite double"),
+        (("scene", "gravity"), (0.0).hex(), "scene.gravity is not positive"),
+        (("scene", "mass"), "nan", "scene.mass is not a finite double"),
+        (("scene", "mass"), (-1.0).hex(), "scene.mass is not positive"),
+        (("scene", "mass"), "0.5", "as float.hex writes it: '0.5'"),
+        (("scene", "contacts", 0, "restitution"), (1.0).hex(), "below 1"),
+        (("scene", "contacts", 1, "slope"), (8.0).hex(), "slope"),
+        (("scene", "contacts"), [None] * 1001, "at most 1000"),
         (("scene", "contacts", 1, "number"), 1, "not in order"),
         (("scene", "contacts"), [], "contacts is empty"),
         (("claim", "by"), "faith", "no argument that can be checked"),
@@ -566,3 +579,61 @@ def test_a_wrong_form_is_refused_by_name(path, value, words):
         place = place[key]
     place[path[-1]] = value
     assert words in refused(certificate)
+
+
+def test_a_key_given_twice_and_a_file_without_end_are_refused(tmp_path):
+    """A reader who sees the first claim must not be shown a proof of the second one."""
+    path = tmp_path / "certificate.json"
+    text = json.dumps(sf.stability(paper_vee(0, 0.2)).certificate())
+    path.write_text(text.replace('"by": ', '"by": "well", "by": '))
+    with pytest.raises(ValueError, match="the key 'by' is given twice"):
+        sf.certificate.read(path)
+    with pytest.raises(ValueError, match="more than 1000000 bytes"):
+        sf.certificate.read(Path("/dev/zero"))
+
+
+def test_every_value_that_a_check_names_is_shown(tmp_path, capsys):
+    """The summary has the doubles of the scene: they are read back with the same bits."""
+    posture = paper_vee(0.1, 0.2)
+    certificate = sf.stability(posture).certificate()
+    first, _, body, *feet = sf.certificate.summary(certificate).splitlines()
+    assert first == "stable by theorem-3-loose: every step holds"
+    assert f"mass = {posture.mass}, " in body
+    assert f"center_of_mass = {posture.center_of_mass}" in body
+    for foot, shown in zip(posture.contacts, feet, strict=True):
+        assert f"point = {foot.point}, slope = {foot.slope}, friction = {foot.friction}" in shown  # fmt: skip
+
+
+def test_the_rays_of_a_certificate_are_all_rays():
+    """Against all pairs of contacts; with a ray less, another one or one twice they are refused."""
+    rng = np.random.default_rng(9)
+    for _ in range(30):
+        posture = draw_feet(rng, int(rng.integers(3, 9)))
+        body = body_of(scene(posture, range(1, len(posture.contacts) + 1)))
+        pairs = [[i + 1, j + 1] for i, j, _ in all_rays(posture)]
+        if not pairs:
+            continue
+        found = rays(body, {"rays": pairs})
+        assert [[k + 1 for k in ray.pair] for ray in found] == pairs
+        names = [foot.name for foot in body.feet]
+        wrong = [
+            pair for pair in map(list, combinations(names, 2)) if pair not in pairs
+        ]
+        false = [pairs[:k] + pairs[k + 1 :] for k in range(len(pairs))]
+        for stated in (*false, *([*pairs, pair] for pair in wrong), pairs + pairs[:1]):
+            with pytest.raises(ValueError, match=r"data\.rays|leave all others open"):
+                rays(body, {"rays": stated})
+
+
+def test_a_thousand_contacts_are_checked_in_seconds():
+    """With tan(slope) = x² on the level below the centre of mass each contact has a ray with the next one, and the last one with the first."""
+    zero, one = (0.0).hex(), (1.0).hex()
+    feet = [
+        {"number": k, "point": [x.hex(), (-1.0).hex()], "slope": math.atan(x * x).hex(), "friction": zero, "restitution": zero}
+        for k, x in enumerate(np.linspace(-0.5, 0.5, 1000).tolist(), start=1)
+    ]  # fmt: skip
+    body = body_of({"mass": one, "gyration_radius": one, "center_of_mass": [zero] * 2, "gravity": one, "contacts": feet})  # fmt: skip
+    start = time.perf_counter()
+    rays(body, {"rays": [[1, 1000], *([k, k + 1] for k in range(1, 1000))]})
+    # The check of all pairs took an hour.
+    assert time.perf_counter() - start < 60

@@ -117,6 +117,17 @@ def test_a_box_that_would_fly_away_meets_a_corner():
         assert t == pytest.approx(math.acos(0.5 / 0.6) / omega, rel=1e-12)
 
 
+def test_a_time_limit_does_not_hide_that_the_body_has_left_the_terrain():
+    """Thrown at 3 m/s, the box of 1 m is beyond the end at x = 2 m from 2.5/3 s on. On the way to the terrain it has not left it."""
+    box = sf.Posture.box(1.0, 1.0, terrain=[(-2, 0), (2, 0)])
+    for limit in (0.7, 0.82, 0.85, 2.0, None):
+        run = sf.simulate(box, (0, 4, 0), (3.0, 0, 0), time_limit=limit)
+        left = limit is None or limit > 2.5 / 3
+        assert [w.startswith("the body has left the terrain") for w in run.warnings] == [True] * left  # fmt: skip
+    run = sf.simulate(box, (4, 4, 0), (-3.0, 0, 0), time_limit=0.1)
+    assert run.warnings == []
+
+
 def test_a_box_tips_over_the_end_of_a_table():
     box = sf.Posture.box(1.0, 1.0, friction=1.0, terrain=[(-1, 0), (1, 0)])
     assert meets_at(sf.simulate(box, (1.1, 0, 0), (0, 0, 0)), (1.0, 0.0), 1) == 0

@@ -23,7 +23,7 @@ use crate::stability::{
 };
 use parameters::{Field, OfContact, Subject};
 
-/// Largest number of points of a grid: 0.8 GB for each quantity.
+/// Largest number of points of a grid, and of its values for all quantities together: 0.8 GB.
 pub const MOST_POINTS: usize = 100_000_000;
 
 /// Points of a grid of this shape.
@@ -501,6 +501,11 @@ impl Sweep {
         }
         let lengths: Vec<usize> = axes.iter().map(|axis| axis.values.len()).collect();
         let size = grid_size(&lengths)?;
+        let count = quantities.len();
+        if size * count > MOST_POINTS {
+            let asked = format!("a grid of shape {lengths:?} of {count} quantities");
+            return Err(unusable("over", &asked, &format!("at most {MOST_POINTS} values")));
+        }
         Ok(Self { subject, axes, quantities, run: None, jams: Jams::None, size })
     }
 

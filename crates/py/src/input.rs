@@ -223,7 +223,7 @@ arguments! {
     reals -> [f64; 3]: q, qdot, wrench, free_acceleration;
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
-    count -> usize: contact, event_limit, trials, seed;
+    count -> usize: contact, event_limit, seed;
     word -> &'a str: base, kind, ground, model, impact, stop, edges, jams, method, level, clock;
     some_word -> Option<&'a str>: simultaneous;
     flag -> bool: record, certify;
@@ -517,6 +517,11 @@ pub(crate) fn sizes(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
 /// Number of threads; None: all cores.
 pub(crate) fn threads(value: &Bound<'_, PyAny>) -> PyResult<Option<usize>> {
     if value.is_none() { Ok(None) } else { whole("threads", value, 1..=MOST_THREADS).map(Some) }
+}
+
+/// Number of random kicks.
+pub(crate) fn trials(value: &Bound<'_, PyAny>) -> PyResult<usize> {
+    whole("trials", value, 0..=standfast::stability::MOST_TRIALS)
 }
 
 /// The number of frames of a film.

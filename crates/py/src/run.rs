@@ -611,7 +611,8 @@ impl PyRun {
     /// They are zero in flight. Impacts have impulses instead (`run.impacts`). At the time of an impact or of a change of the contact
     /// modes, the forces are those after it. Where this equation allows several forces, these are the ones with the smallest Σ|f|² in the
     /// friction cones. (A real body chooses by its elasticity.) In a vertex of the terrain a contact touches two pieces: it has the sum
-    /// of their forces, in the axes of the first piece.
+    /// of their forces, in the axes of the first piece. A disc touches them with two points of its rim: the sum has their force and not their
+    /// moment, and the equation above does not hold for it.
     ///
     /// NaN without a body, where no force causes the motion (at the singularity of a jam), and at the end of a run that does not determine
     /// what follows: at the Zeno point of stop="zeno", and where it is inconsistent or ambiguous. Raises ValueError as `at`.

@@ -6,6 +6,7 @@ certificate is refused. docs/certificates.md has the format and each step. The f
 """
 
 import json
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -20,6 +21,10 @@ from .scene import Body, body_of, entry
 
 #: The version of the format and of the conventions: axes, signs, names.
 CONVENTIONS = 1
+
+
+#: Largest certificate in bytes; those of random postures have up to 20 kB.
+MOST_BYTES = 1_000_000
 
 
 #: What each argument proves, and its check. "descending-pair" proves either.
@@ -77,12 +82,13 @@ def check(certificate: Any) -> None:
 
     Raises ValueError naming the step and the value otherwise.
 
-    >>> foot = {"number": 1, "point": ["0x0p0", "0x0p0"], "slope": "0x0p0", "friction": "0x1p-1", "restitution": "0x0p0"}
-    >>> scene = {"mass": "0x1p0", "gyration_radius": "0x1p0", "center_of_mass": ["0x1p0", "0x1p0"], "gravity": "0x1p3", "contacts": [foot]}
+    >>> zero, half, one = map(float.hex, (0.0, 0.5, 1.0))
+    >>> foot = {"number": 1, "point": [zero, zero], "slope": zero, "friction": half, "restitution": zero}
+    >>> scene = {"mass": one, "gyration_radius": one, "center_of_mass": [one, one], "gravity": one, "contacts": [foot]}
     >>> claim = {"frictional_stability": "unstable", "by": "not-equilibrium", "contacts": [1], "jams": "none"}
-    >>> cert = {"conventions": 1, "scene": scene, "claim": claim, "data": {"separates": ["0x0p0", "-0x1p-1", "-0x1p0"]}}
+    >>> cert = {"conventions": 1, "scene": scene, "claim": claim, "data": {"separates": [zero, (-0.5).hex(), (-1.0).hex()]}}
     >>> check(cert)
-    >>> cert["data"]["separates"][2] = "0x0p0"
+    >>> cert["data"]["separates"][2] = zero
     >>> check(cert)
     Traceback (most recent call last):
     ValueError: not-equilibrium: y·w of the edge n + μt of contact 1 is not certainly at least 0: in [-0.5, -0.5]
@@ -98,9 +104,15 @@ def check(certificate: Any) -> None:
 
 
 def read(path: Path) -> Any:
-    """The certificate in a file. Raises ValueError naming the line that is not JSON."""
+    """The certificate in a file. Raises ValueError naming the line that is not JSON, or the key that is given twice."""
+    with path.open("rb") as file:
+        text = file.read(MOST_BYTES + 1)
+    require(
+        len(text) <= MOST_BYTES,
+        f"the file has more than {MOST_BYTES} bytes, the most of a certificate",
+    )
     try:
-        return json.loads(path.read_bytes())
+        return json.loads(text, object_pairs_hook=_once)
     except json.JSONDecodeError as error:
         raise ValueError(
             f"line {error.lineno}, column {error.colno}: {error.msg}"
@@ -109,7 +121,35 @@ def read(path: Path) -> Any:
         raise ValueError("it is not a JSON text") from None
 
 
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """The table of these entries, whose keys must differ: a reader and the checker must not see different values."""
+    table = dict(pairs)
+    if len(table) < len(pairs):
+        [(key, _), *_] = Counter(key for key, _ in pairs).most_common(1)
+        raise ValueError(f"the key {key!r} is given twice in one table")
+    return table
+
+
 def summary(certificate: Any) -> str:
-    """One line on a certificate that has been checked."""
-    claim = certificate["claim"]
-    return f"{claim['frictional_stability']} by {claim['by']}: every step holds"
+    """The claim of a certificate that has been checked, and the scene on which it holds."""
+    claim, scene = certificate["claim"], certificate["scene"]
+    lines = [
+        f"{claim['frictional_stability']} by {claim['by']}: every step holds",
+        f"contacts {', '.join(map(str, claim['contacts']))}, jams = {claim['jams']!r}",
+        _values(scene, "mass", "gyration_radius", "center_of_mass", "gravity"),
+    ]
+    for foot in scene["contacts"]:
+        values = _values(foot, "point", "slope", "friction", "restitution")
+        lines.append(f"contact {foot['number']}: {values}")
+    return "\n  ".join(lines)
+
+
+def _values(table: Any, *keys: str) -> str:
+    """Doubles in decimals that have the same bits when they are read."""
+
+    def decimal(value: Any) -> Any:
+        if isinstance(value, list):
+            return tuple(map(decimal, value))
+        return float.fromhex(value)
+
+    return ", ".join(f"{key} = {decimal(table[key])}" for key in keys)

@@ -1,9 +1,9 @@
 """Claims on any number of contacts: no motion exists; the rays along which the body rises or descends."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import combinations
 from typing import Any
 
 from .intervals import (
@@ -103,21 +103,28 @@ def mirrored(body: Body, i: int, j: int) -> bool:
 
 
 def rays(body: Body, data: Any) -> list[Ray]:
-    """The extreme rays of {q : N q ≥ 0}, which have to be those of the certificate."""
+    """The extreme rays of {q : N q ≥ 0}, which have to be those of the certificate.
+
+    A pair whose crossing opens all other contacts is a ray, and the cone then has an interior and no line in it. The rays of such a cone are
+    one cycle, in which each contact that has rays has two. So rays that leave no contact with one ray are all rays.
+    """
+    stated = entry(data, "rays", "data")
+    require(isinstance(stated, list) and bool(stated), "data.rays is empty")
     found = []
-    for i, j in combinations(range(len(body.feet)), 2):
+    for pair in stated:
+        places = body.places(pair)
+        require(len(places) == 2, f"{pair!r} of data.rays is no pair of contacts")
+        i, j = places
         z = cross(body.feet[i].normal, body.feet[j].normal)
         opens = [
             dot(foot.normal, z).sign()
             for k, foot in enumerate(body.feet)
             if k not in (i, j)
         ]
-        if 1 in opens and -1 in opens:
-            continue
         names = f"contacts {body.feet[i].name} and {body.feet[j].name}"
         require(
             bool(opens) and opens in ([1] * len(opens), [-1] * len(opens)),
-            f"what {names} leave open is not certain",
+            f"that {names} leave all others open is not certain",
         )
         z = scaled(z, ONE.times(opens[0] or 0))
         rise = 0 if mirrored(body, i, j) else z[1].sign()
@@ -125,10 +132,15 @@ def rays(body: Body, data: Any) -> list[Ray]:
             rise is not None, f"the sign of y along the ray of {names} is not certain"
         )
         found.append(Ray((i, j), z, rise))
-    pairs = [[body.feet[k].name for k in ray.pair] for ray in found]
-    stated = entry(data, "rays", "data")
-    require(stated == pairs, f"data.rays are {stated!r}, the rays are {pairs!r}")
-    require(bool(found), "the contacts leave no ray")
+    require(
+        len({frozenset(ray.pair) for ray in found}) == len(found),
+        "data.rays has a pair twice",
+    )
+    for i, count in Counter(i for ray in found for i in ray.pair).items():
+        require(
+            count == 2,
+            f"data.rays has only one of the two rays of contact {body.feet[i].name}",
+        )
     return found
 
 
@@ -196,18 +208,19 @@ def descending_pair(body: Body, data: Any, claimed: Callable[[Body, Any], str]) 
         f"data.pairs are {stated!r}, the pairs of the rays that do not ascend are {names!r}",
     )
     require(bool(core), "all rays ascend")
+    require(
+        len(core) == 1
+        or all(pair["claim"].get("by") == "not-equilibrium" for pair in pairs),
+        "several pairs descend, and one of them may hold the body",
+    )
     verdicts = []
     for pair in pairs:
         claim = entry(pair, "claim", "pair")
-        verdicts.append((claimed(body.part(claim["contacts"]), pair), claim.get("by")))
-    if len(core) == 1 and verdicts[0][0] == "stable":
+        verdicts.append(claimed(body.part(claim["contacts"]), pair))
+    if len(core) == 1 and verdicts[0] == "stable":
         moves_on(body, found)
         return "stable"
     require(all(ray.rise == -1 for ray in core), "a ray is level")
-    require(
-        len(core) == 1 or all(by == "not-equilibrium" for _, by in verdicts),
-        "several pairs descend, and one of them may hold the body",
-    )
     return "unstable"
 
 

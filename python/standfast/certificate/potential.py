@@ -24,6 +24,10 @@ from .words import SIDES, kinematics, motion, room, words_at_rest
 HALVINGS = 48
 
 
+#: Most parts of cells that are tried. Certificates of random postures need up to 1306.
+MOST_PARTS = 20_000
+
+
 #: ε: the least decrease of the potential from corner to corner.
 DECREASE = UNIT >> 40
 
@@ -43,6 +47,7 @@ class Potential:
 
     def __init__(self, corners: Corners, data: Any) -> None:
         self.corners = corners
+        self.parts = 0
         limits = entry(data, "limits", "data")
         require(
             isinstance(limits, list) and len(limits) > 1,
@@ -169,6 +174,11 @@ class Potential:
         left: int = HALVINGS,
     ) -> None:
         """All images of a cell have a smaller potential. A cell of which this is not certain is halved."""
+        self.parts += 1
+        require(
+            self.parts <= MOST_PARTS,
+            f"the cells have to be cut into more than {MOST_PARTS} parts",
+        )
         try:
             images = self.corners.images(j, cell)
             holds, problem = (

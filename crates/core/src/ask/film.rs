@@ -84,7 +84,7 @@ impl Film {
             .map(|impact| Impact { time: impact.time, contact: impact.contact })
             .collect();
         let half = count.div_ceil(2);
-        let mut times = run.sample_times(half)?;
+        let mut times = run.sample_times(half.max(2))?;
         let clock = run.film(FilmClock::Zeno);
         let whole = clock.of(run.elapsed());
         let step = |k: usize| run.on_clock(clock.shows(whole * k as f64 / half as f64));

@@ -133,6 +133,10 @@ struct LocalPlainCollision {
 }
 
 impl LocalLoopState {
+    fn left(&self, constants: &LocalConstants) -> f64 {
+        Clock { hi: self.hi, lo: self.lo }.until(constants.end)
+    }
+
     /// The next collision. `A`: the contact hit last; the other one lands.
     #[inline(always)]
     fn plain_collision<const A: usize>(&self, constants: &LocalConstants) -> LocalPlainCollision {
@@ -150,7 +154,7 @@ impl LocalLoopState {
         let plain = (u_b < 0.0)
             & (0.0 <= gain)
             & (u_a * LANDING_ORDER_CLOSE < climb)
-            & (hi <= constants.end);
+            & ((hi - constants.end) + lo <= 0.0);
 
         let [hit, other] = newton::rates_after(of_b.e, of_b.kappa, s, w);
         let d = u_a - of_b.kappa * s;
@@ -200,7 +204,7 @@ impl LocalCollisions {
         log: &mut Log,
     ) -> Result<Self, LoopExit> {
         let (contact, tau, tie) = next_landing(m, gaps);
-        if log.clock.hi + tau > log.end {
+        if tau > log.left() {
             rest_of_time(m, gaps, sum, log);
             return Err(LoopExit::TimeLimit);
         }
@@ -382,7 +386,7 @@ impl LocalCollisions {
             if let Some(halt) = bounces(m, a, &self.gaps(), self.r.hi, log.end) {
                 return Some(halt);
             }
-            if self.r.hi + back > self.constants.end {
+            if back > self.r.left(&self.constants) {
                 return Some(LoopExit::TimeLimit);
             }
             self.advance_clock(back);
@@ -398,7 +402,7 @@ impl LocalCollisions {
             self.r.square = other * other + 2.0 * m.g[b] * h;
             return None;
         }
-        if self.r.hi + tau > self.constants.end {
+        if tau > self.r.left(&self.constants) {
             let forever = log.end == f64::INFINITY;
             return Some(if forever { LoopExit::Never } else { LoopExit::TimeLimit });
         }

@@ -174,7 +174,7 @@ impl<'a> Log<'a> {
 
     /// Time left before the limit, in s.
     pub(crate) fn left(&self) -> f64 {
-        Clock { hi: self.end, lo: 0.0 }.since(self.clock)
+        self.clock.until(self.end)
     }
 }
 

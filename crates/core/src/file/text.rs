@@ -1,8 +1,10 @@
 //! TOML and JSON texts, and the line and column of what is wrong in them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
 
-use serde::de::DeserializeOwned;
+use serde::de::{DeserializeOwned, Error as _, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 use serde_json::value::RawValue;
 use serde_path_to_error::{Path, Segment};
 use toml::de::{DeTable, DeValue};
@@ -88,10 +90,14 @@ fn of_json<T: DeserializeOwned>(text: &str) -> Result<T, Error> {
         tree.end().map_err(|e| (String::new(), e))?;
         Ok(table.0)
     });
+    // A key given twice comes first: what else is wrong may follow from it.
+    let twice = serde_json::from_str::<Unique>(text).err().filter(serde_json::Error::is_data);
+    let whole = twice.map_or(whole, |error| Err((String::new(), error)));
     whole.map_err(|(field, error)| {
         let lines = text.split_inclusive('\n').take(error.line().saturating_sub(1));
         let reached = lines.map(str::len).sum::<usize>() + error.column().saturating_sub(1);
-        let value = if error.is_data() { json_start(text, &field) } else { None };
+        let in_field = error.is_data() && !field.is_empty();
+        let value = if in_field { json_start(text, &field) } else { None };
         let message = error.to_string();
         let message =
             message.rsplit_once(" at line ").map_or(message.as_str(), |(message, _)| message);
@@ -102,6 +108,64 @@ fn of_json<T: DeserializeOwned>(text: &str) -> Result<T, Error> {
         };
         malformed(Format::Json, place(text, value.unwrap_or(reached)), &field, message)
     })
+}
+
+/// Any value of JSON in which no table has a key twice. A reader of the file might see one of the values, and the program take the other.
+struct Unique;
+
+impl<'de> Deserialize<'de> for Unique {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(Self)
+    }
+}
+
+impl<'de> Visitor<'de> for Unique {
+    type Value = Self;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("a value")
+    }
+
+    fn visit_unit<E>(self) -> Result<Self, E> {
+        Ok(self)
+    }
+
+    fn visit_bool<E>(self, _: bool) -> Result<Self, E> {
+        Ok(self)
+    }
+
+    fn visit_i64<E>(self, _: i64) -> Result<Self, E> {
+        Ok(self)
+    }
+
+    fn visit_u64<E>(self, _: u64) -> Result<Self, E> {
+        Ok(self)
+    }
+
+    fn visit_f64<E>(self, _: f64) -> Result<Self, E> {
+        Ok(self)
+    }
+
+    fn visit_str<E>(self, _: &str) -> Result<Self, E> {
+        Ok(self)
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut entries: A) -> Result<Self, A::Error> {
+        while entries.next_element::<Self>()?.is_some() {}
+        Ok(self)
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Self, A::Error> {
+        let mut keys = BTreeSet::new();
+        while let Some(key) = entries.next_key::<String>()? {
+            if keys.contains(&key) {
+                return Err(A::Error::custom(format_args!("duplicate key `{}`", shortened(&key))));
+            }
+            keys.insert(key);
+            entries.next_value::<Self>()?;
+        }
+        Ok(self)
+    }
 }
 
 /// Line and column, from 1, of a byte of a text.

@@ -45,6 +45,12 @@ impl Clock {
         (self.hi - earlier.hi) + (self.lo - earlier.lo)
     }
 
+    /// The longest step that does not lead beyond `end`, in s.
+    pub(crate) fn until(self, end: f64) -> f64 {
+        let left = Self { hi: end, lo: 0.0 }.since(self);
+        if self.after(left).hi > end { left.next_down() } else { left }
+    }
+
     /// `t0` + elapsed, rounded once.
     pub(crate) fn added_to(self, t0: f64) -> f64 {
         let whole = Self { hi: t0, lo: 0.0 }.after(self.hi).after(self.lo);

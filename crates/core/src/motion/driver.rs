@@ -280,12 +280,20 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             _ => None,
         };
         self.record.warnings.extend(jamming.and_then(|jams| undecided(outcome, jams)));
-        if outcome == Outcome::Escape
+        // At a time limit it has left if all of it is beyond one end and does not come back.
+        let gone = |posture: &Posture, left: f64, right: f64| {
+            let (points, speed) = (posture.points(&end.state.q, self.local), end.state.qdot[0]);
+            end.sides.is_empty()
+                && (speed >= 0.0 && points.iter().all(|[x, _]| *x > right)
+                    || speed <= 0.0 && points.iter().all(|[x, _]| *x < left))
+        };
+        if matches!(outcome, Outcome::Escape | Outcome::TimeLimit)
             && let Some(posture) = &self.record.base.posture
             && posture.fields().gravity > 0.0
             && let [[left, _], .., [right, _]] = posture.fields().terrain[..]
             && let x = posture.fields().center_of_mass[0] + end.state.q[0]
             && !(left..right).contains(&x)
+            && (outcome == Outcome::Escape || gone(posture, left, right))
         {
             self.record.warnings.push(format!(
                 "the body has left the terrain, which ends at x = {left:?} m and x = {right:?} m: there is no ground beyond"

@@ -242,6 +242,7 @@ impl<'a> Reader<'a> {
     /// contact modes, the forces are those after it. Where the equation allows several forces (hyperstatic phases), these are the ones with
     /// the least Σ|f|² in the friction cones (in a build without the feature `qp` and with three or more contacts: any). In a vertex, where a
     /// contact touches two pieces, it is the sum of both forces, in the axes of the first piece.
+    /// A disc touches the two pieces with two points of its rim: the sum has their force and not their moment.
     ///
     /// They are NaN for a model without a body, where no forces cause the motion (at the singularity of a jam), and at the end of a run
     /// that does not determine what follows: at the Zeno point of [`Stop::Zeno`](crate::Stop::Zeno), and if it is inconsistent or ambiguous.

@@ -43,7 +43,7 @@ pub use mechanism::{mechanism_forces, mechanism_pairs, mechanism_stability};
 pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
 pub use region::equilibrium_region;
 pub use static_forces::{StaticForces, friction_margin, static_forces};
-pub use trials::{Trials, mechanism_trials, trials};
+pub use trials::{MOST_TRIALS, Trials, mechanism_trials, trials};
 
 use serde::{Deserialize, Serialize};
 

@@ -26,6 +26,9 @@ const KICK: f64 = 1e-3;
 /// Displacement, in units of the size, at which a body counts as gone.
 const LEFT: f64 = 10.0;
 
+/// Largest number of kicks: hours.
+pub const MOST_TRIALS: usize = 100_000_000;
+
 /// Largest number of events of one run.
 const EVENTS: usize = 200_000;
 
@@ -43,8 +46,15 @@ pub struct Trials {
 }
 
 impl Trials {
-    fn none(seed: u64, kicks: usize) -> Self {
-        Self { seed, kicks, rest: 0, others: BTreeMap::new() }
+    fn none(seed: u64, kicks: usize) -> Result<Self, Error> {
+        if kicks > MOST_TRIALS {
+            return Err(Error::Unusable {
+                field: "trials".into(),
+                value: kicks.to_string(),
+                allowed: format!("at most {MOST_TRIALS}"),
+            });
+        }
+        Ok(Self { seed, kicks, rest: 0, others: BTreeMap::new() })
     }
 
     fn count(&mut self, outcome: Outcome) {
@@ -81,7 +91,7 @@ fn opening(posture: &Posture) -> Option<Vector3<f64>> {
 ///
 /// # Errors
 ///
-/// As [`simulate`](crate::simulate()).
+/// As [`simulate`](crate::simulate()); more than [`MOST_TRIALS`] kicks.
 pub fn trials(
     posture: &Posture,
     kicks: usize,
@@ -108,7 +118,7 @@ pub fn trials(
     };
     let opening = opening(posture);
     let mut random = Random(seed);
-    let mut found = Trials::none(seed, kicks);
+    let mut found = Trials::none(seed, kicks)?;
     for _ in 0..kicks {
         let mut uniform =
             |scale: f64| [scale, scale, scale / size].map(|part| part * random.between(-1.0, 1.0));
@@ -147,7 +157,7 @@ pub fn trials(
 ///
 /// # Errors
 ///
-/// As [`simulate_mechanism`](crate::simulate::simulate_mechanism).
+/// As [`simulate_mechanism`](crate::simulate::simulate_mechanism); more than [`MOST_TRIALS`] kicks.
 pub fn mechanism_trials(
     mechanism: &Mechanism,
     kicks: usize,
@@ -172,7 +182,7 @@ pub fn mechanism_trials(
     let opens = |i: usize| space.normal_row(i).dot(&way);
     let can_open = (0..count).all(|i| opens(i) > 0.0);
     let mut random = Random(seed);
-    let mut found = Trials::none(seed, kicks);
+    let mut found = Trials::none(seed, kicks)?;
     for _ in 0..kicks {
         let mut uniform = |scale: f64| {
             Coordinates::from_iter((0..dof).map(|_| scale * random.between(-1.0, 1.0)))

@@ -473,7 +473,7 @@ impl FullCollisions {
         let Some((contact, landing, tie)) = state.next_landing(self.active) else {
             return Some(LoopExit::Never);
         };
-        if log.clock.hi + landing.dt > log.end {
+        if landing.dt > log.left() {
             return Some(LoopExit::TimeLimit);
         }
         if state.is_lost(contact, landing.dt) {

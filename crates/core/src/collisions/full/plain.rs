@@ -155,16 +155,15 @@ impl FullLoopState {
         // A concave arc that starts on the ground is above it until it lands: the sign of the gap decides.
         let height = arc_a.gap_turned(dt, turn);
         let rates = [arc_a.rate_turned(dt, turn), arc_b.rate_turned(dt, turn)];
-        let plain = (0.0 < height)
-            & (rates[1] < 0.0)
-            & (self.hi + dt <= constants.end)
-            & (dt <= constants.longest);
+        let (hi, lo) = renormalised(unnormalised_after(self.hi, self.lo, dt));
+        let plain =
+            (0.0 < height) & (rates[1] < 0.0) & (hi <= constants.end) & (dt <= constants.longest);
         if !plain {
             return None;
         }
 
         let mut after = *self;
-        (after.hi, after.lo) = renormalised(unnormalised_after(self.hi, self.lo, dt));
+        (after.hi, after.lo) = (hi, lo);
         after.theta = self.theta + omega * dt;
         after.r = [self.r[0] + self.v[0] * dt, self.r[1] + self.v[1] * dt];
         after.r[1] -= constants.gravity * 0.5 * dt * dt;
