@@ -306,7 +306,7 @@ def called(run: Run, index: int) -> str:
 
     >>> box = Posture.box(1.0, 0.5, friction=0.5, terrain=[(-5, 0), (0, 0), (0, -5)])
     >>> from standfast import simulate
-    >>> run = simulate(box, (-0.1, 0, 0), (0, 0, 0), impact="moreau")
+    >>> run = simulate(box, (-0.1, 0, 0), (0, 0, 0))
     >>> called(run, 0), called(run, 4)
     ('contact 1', 'contact 5 (side)')
     """

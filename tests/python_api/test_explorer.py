@@ -276,6 +276,20 @@ def test_a_link_holds_the_scene(browser):
         assert scene["body"]["center_of_mass"] != LEGS["body"]["center_of_mass"]
 
 
+def test_a_copied_link_has_the_token_without_which_the_page_is_refused(browser):
+    with explorer(browser, LEGS, grace=3.0) as (shown, _):
+        settled(shown, "stable")
+        scene = scene_of(shown)
+        shown.evaluate("navigator.clipboard.writeText = async (text) => { window.copied = text; }")  # fmt: skip
+        shown.locator(".sf-link").click()
+        link = shown.wait_for_function("window.copied").json_value()
+        shown.goto("about:blank")
+        shown.goto(link)
+        shown.wait_for_selector(".sf-view [data-handle]")
+        settled(shown, "stable")
+        assert scene_of(shown) == scene
+
+
 def test_files_are_opened_and_saved(browser, tmp_path):
     with explorer(browser, LEGS) as (shown, _):
         settled(shown, "stable")

@@ -92,10 +92,11 @@ mod _core {
     /// model : "local" (all Jacobian rows frozen at q = 0), "full" (finite rotation) or "auto" (the local model if its error is
     /// within `tolerance`, else the full model; run.model and run.model_reason have the model and the reason).
     ///
-    /// impact : "newton" (without friction in impacts; run.warnings reports where a contact with friction is hit), or with friction
-    /// "poisson", "stronge", "chatterjee-ruina" or "moreau". simultaneous : the rule for contacts that arrive at the same instant:
-    /// "newton" (all at once; frictionless law only), "first-contact-first" or "last-contact-first". None takes "newton" with the
-    /// frictionless law and "first-contact-first" with the others.
+    /// impact : "auto" ("newton" where no contact has friction, "moreau" where one has; run.impact has the law that acted), "newton" (without
+    /// friction in impacts; run.warnings reports where a contact with friction is hit), or with friction "moreau", "poisson", "stronge" or
+    /// "chatterjee-ruina". simultaneous : the rule for contacts that arrive at the same instant: "together" (all at once; with "newton" and
+    /// "moreau" only), "first-contact-first" or "last-contact-first". None takes "together" with these two laws and "first-contact-first" with
+    /// the others.
     ///
     /// stop : "rest", "zeno" (at the first Zeno point) or "time" (at time_limit). time : clock at the start, s. time_limit : clock at
     /// which the run ends at the latest, s. event_limit : largest number of events; each collision and each change of the contact
@@ -113,7 +114,7 @@ mod _core {
     /// or gyration_radius for q. So the time of an early Zeno point of a long run is only correct within tolerance * run.elapsed (with
     /// stop="zeno" run.elapsed is the time of the first Zeno point). record : whether the trajectory is stored. certify : whether to
     /// compute intervals that are proved to contain the times of the collisions and, in the local model, of the first Zeno point
-    /// (run.enclosure); for one or two contacts, impact="newton" and terrain without ends.
+    /// (run.enclosure); for one or two contacts, impacts without friction and terrain without ends.
     ///
     /// kicks : sequence of Kick, impulses on the body. ground_motion : GroundMotion, the motion of the ground, or None. With either,
     /// "auto" takes the full model, and a state of rest is left at the next kick or change of the ground.

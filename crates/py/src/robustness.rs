@@ -25,7 +25,7 @@ use crate::posture::{PyPosture, posture};
 /// >>> box = sf.Posture.box(0.3, 0.5, friction=0.5, restitution=0.3)
 /// >>> result = sf.robustness(box, [0.1, 1.0], trials=200)
 /// >>> result
-/// <Robustness: 200 kicks of each size; back from 200 at 0.1 m/s, 182 at 1.0 m/s>
+/// <Robustness: 200 kicks of each size; back from 200 at 0.1 m/s, 182 at 1.0 m/s; 110 with warnings>
 /// >>> runs = sf.simulate_many(box, (0, 0, 0), result.qdot[1], **result.options)
 /// >>> bool((runs.outcome == "rest").sum() == result.rest[1])
 /// True

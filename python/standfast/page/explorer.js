@@ -17,7 +17,7 @@ const STEP = 0.01;
 // Distance of the handle of a slope from its contact, in sizes of the body.
 const KNOB = 0.42;
 
-const LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"];
+const LAWS = ["auto", "newton", "poisson", "stronge", "chatterjee-ruina", "moreau"];
 
 const SLIDERS = [
   { name: "friction μ, all contacts", low: 0, high: 2, step: 0.01, get: (s) => s.contact[0].friction ?? 0, set: (s, v) => s.contact.forEach((c) => { c.friction = v; }) },
@@ -303,7 +303,7 @@ export class Explorer {
     this.find("redo").onclick = () => this.undo(this.future, this.past);
     this.find("theme").onclick = () => this.setTheme(this.theme === "dark" ? "light" : "dark");
     this.find("showmap").onchange = () => this.changed();
-    this.find("law").onchange = (event) => this.edit((scene) => { scene.run = { ...scene.run, impact: event.target.value }; if (event.target.value !== "newton") delete scene.run.simultaneous; });
+    this.find("law").onchange = (event) => this.edit((scene) => { scene.run = { ...scene.run, impact: event.target.value }; if (!["auto", "newton", "moreau"].includes(event.target.value) && ["together", "newton"].includes(scene.run.simultaneous)) delete scene.run.simultaneous; });
     this.find("jams").onchange = (event) => this.edit((scene) => { scene.run = { ...scene.run, jams: event.target.value }; });
     this.find("sliders").innerHTML = SLIDERS.map(({ name, low, high, step }, k) =>
       `<label>${escaped(name)}<input type="range" data-slider="${k}" min="${low}" max="${high}" step="${step}" aria-label="${escaped(name)}"><output></output></label>`).join("");
@@ -452,7 +452,7 @@ export class Explorer {
       input.value = value;
       input.nextElementSibling.textContent = few(value);
     }
-    this.find("law").value = scene.run?.impact ?? "newton";
+    this.find("law").value = scene.run?.impact ?? "auto";
     this.find("jams").value = scene.run?.jams ?? "none";
     this.find("undo").disabled = !this.past.length;
     this.find("redo").disabled = !this.future.length;
@@ -504,8 +504,7 @@ export class Explorer {
   }
 
   async copyLink() {
-    const url = new URL(location.href);
-    url.search = "";
+    const url = new URL(location.href); // with the token, without which the server refuses the page
     url.hash = encoded(this.scene);
     const button = this.find("link");
     try {

@@ -17,7 +17,7 @@ export const PRESETS = {
     contact: [{ point: [-1, 0.5333333333333333], slope: -0.4899573262537283, friction: 0.5 }, { point: [1, 0.5333333333333333], slope: 0.4899573262537283, friction: 0.5 }],
     kick: [{ time: 0, impulse: [1.2, 0.8] }],
   },
-  "A box and a push": { ...ground, restitution: 0.2, ground: "shared", ...block(1, 1.6, 0.6), kick: [{ time: 0, impulse: [1.6, 0], point: [-0.5, 1.4] }], run: { impact: "poisson" } },
+  "A box and a push": { ...ground, restitution: 0.2, ground: "shared", ...block(1, 1.6, 0.6), kick: [{ time: 0, impulse: [1.6, 0], point: [-0.5, 1.4] }] },
   "Clattering rod": {
     ...ground,
     body: { mass: 1, gyration_radius: 0.2, center_of_mass: [0, 0] },
@@ -29,7 +29,6 @@ export const PRESETS = {
     ...ground,
     terrain: [[-5, 0], [0, 0], [0, -2], [5, -2]],
     ...block(1, 0.5, 0.5, 0.01),
-    run: { impact: "moreau" },
   },
   "Bouncing ball": {
     gravity: 9.81,
@@ -45,7 +44,7 @@ export const PRESETS = {
     body: { mass: 1, gyration_radius: 0.3 * Math.SQRT1_2, center_of_mass: [0, 0.3] },
     contact: [{ point: [0, 0], radius: 0.3, friction: 0.3 }],
     start: { q: [0, 0.4, 0], qdot: [2, 0, 20] },
-    run: { impact: "moreau", stop: "time", time_limit: 4 },
+    run: { stop: "time", time_limit: 4 },
   },
   "Three feet": {
     ...ground,
@@ -72,6 +71,5 @@ export const PRESETS = {
     ground: "shared",
     ...block(0.5, 2, 0.7),
     ground_motion: { times: [0.2, 0.5, 0.8, 1.1], acceleration: [[5, 0], [-7, 0], [5, 0], [0, 0]] },
-    run: { impact: "poisson" },
   },
 };
