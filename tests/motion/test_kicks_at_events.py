@@ -3,6 +3,7 @@
 STANDFAST_ZERO_KICKS sets the number of kicks (600).
 """
 
+import math
 import os
 from collections import Counter
 
@@ -129,3 +130,28 @@ def test_a_kick_at_a_landing_between_walls_keeps_the_ground():
         run = sf.simulate(body, (0, 0, 0), qdot, kicks=[kick], **options)
         assert len(run.impacts) == 1
         np.testing.assert_allclose(run.q, base.q, atol=1e-12)
+
+
+def test_a_sum_of_bounces_does_not_end_after_a_kick():
+    """A kick one rounding step before the end of the bounces, v/g (1 + 2e/(1 − e)) after the start. The sum must not reach beyond it: the phases
+    would begin after the end of the run, and pictures and tables of it fail."""
+    rng = np.random.default_rng(4)
+    kicked = 0
+    for _ in range(200):
+        ball = sf.Posture(
+            1, 0.3, (0, 0), [sf.Contact((0, 0))], rng.choice([0, 0.3, 0.5])
+        )
+        start = (
+            (0, rng.uniform(0.6, 2), rng.uniform(-0.5, 0.5)),
+            (0.3, rng.uniform(-1, 1), rng.uniform(-1, 1)),
+        )
+        end = sf.simulate(ball, *start).zeno_points[0].time
+        for t in (math.nextafter(end, 0), end, math.nextafter(end, 9)):
+            run = sf.simulate(ball, *start, kicks=[sf.Kick(t, (0.01, 0))])
+            events = [x for phase in run.phases for x in (phase.start, phase.end)]
+            assert max(*events, *run.impacts["time"]) <= run.time
+            run.at(events)
+            kicked += run.qdot[0] != 0.3
+    assert kicked > 300
+    run.to_xarray()
+    run.plot()

@@ -133,8 +133,8 @@ struct LocalPlainCollision {
 }
 
 impl LocalLoopState {
-    fn left(&self, constants: &LocalConstants) -> f64 {
-        Clock { hi: self.hi, lo: self.lo }.until(constants.end)
+    fn left(&self, end: f64) -> f64 {
+        Clock { hi: self.hi, lo: self.lo }.until(end)
     }
 
     /// The next collision. `A`: the contact hit last; the other one lands.
@@ -303,7 +303,7 @@ impl LocalCollisions {
         if self.left == 0 {
             log.hits += self.granted;
             self.granted = 0;
-            if let Some(halt) = accumulates(m, self, log.end) {
+            if let Some(halt) = accumulates(m, self, self.r.left(log.end)) {
                 return Some(halt);
             }
             self.granted = log.chunk().min(1 + (log.hits - self.first) / CHECKS);
@@ -383,10 +383,10 @@ impl LocalCollisions {
         let back = 2.0 * u_a / g_a;
         if climb <= LANDING_ORDER_CLOSE * u_a && back <= tau && g_a > 0.0 {
             // Contact a lands before b does.
-            if let Some(halt) = bounces(m, a, &self.gaps(), self.r.hi, log.end) {
+            if let Some(halt) = bounces(m, a, &self.gaps(), self.r.left(log.end)) {
                 return Some(halt);
             }
-            if back > self.r.left(&self.constants) {
+            if back > self.r.left(self.constants.end) {
                 return Some(LoopExit::TimeLimit);
             }
             self.advance_clock(back);
@@ -402,7 +402,7 @@ impl LocalCollisions {
             self.r.square = other * other + 2.0 * m.g[b] * h;
             return None;
         }
-        if tau > self.r.left(&self.constants) {
+        if tau > self.r.left(self.constants.end) {
             let forever = log.end == f64::INFINITY;
             return Some(if forever { LoopExit::Never } else { LoopExit::TimeLimit });
         }
@@ -493,22 +493,22 @@ pub(crate) fn advance(sum: &mut Impulses, dt: f64) {
 }
 
 /// The bounce tail at a, if the motion consists of nothing else until its end.
-fn bounces(m: &FrozenModel, a: usize, gaps: &Gaps, now: f64, end: f64) -> Option<LoopExit> {
+fn bounces(m: &FrozenModel, a: usize, gaps: &Gaps, left: f64) -> Option<LoopExit> {
     let duration = m.bounce_tail(a, gaps)?;
-    (now + duration <= end).then_some(LoopExit::Bounce { contact: a, duration })
+    (duration <= left).then_some(LoopExit::Bounce { contact: a, duration })
 }
 
 /// The tail that ends the loop here, if there is one: bouncing, clattering, or a remaining time below the rounding error of the time.
-fn accumulates(m: &FrozenModel, at: &LocalCollisions, end: f64) -> Option<LoopExit> {
+fn accumulates(m: &FrozenModel, at: &LocalCollisions, left: f64) -> Option<LoopExit> {
     let (a, gaps, now) = (at.a, &at.gaps(), at.r.hi);
-    if let Some(halt) = bounces(m, a, gaps, now, end) {
+    if let Some(halt) = bounces(m, a, gaps, left) {
         return Some(halt);
     }
     let tail = m.clatter_tail(a, gaps);
     let certain = || m.certainly_clatters(a, gaps);
     if let Some(tail) = tail
         && tail.error <= TAIL * now
-        && now + tail.duration <= end
+        && tail.duration <= left
         && certain()
     {
         return Some(LoopExit::Clatter(tail));

@@ -473,7 +473,7 @@ impl<C> Driver<'_, C> {
         let unit = Change::from([time, way, way / size, speed, speed / size]);
         let bouncing = Bouncing { body, i, law, material, grip };
         let duration = bouncing.duration().ok_or(Retry::Later)?;
-        if !(bouncing.may_be_alone(duration) && clock.hi + duration <= self.log.end) {
+        if !(bouncing.may_be_alone(duration) && duration <= self.log.left()) {
             return Err(Retry::Later);
         }
         let turn = if body.frozen.is_some() { 0.0 } else { body.spin.omega.abs() * duration };
@@ -483,7 +483,7 @@ impl<C> Driver<'_, C> {
         let sum = bouncing.sum(&unit)?;
         let limit = sum.at(0.0).0;
         let duration = limit[0];
-        if !(duration > 0.0 && clock.hi + duration <= self.log.end) {
+        if !(duration > 0.0 && duration <= self.log.left()) {
             return Err(Retry::Later);
         }
         let end = bouncing.moved(&limit, 0.0);

@@ -344,7 +344,7 @@ impl<'a> Driver<'a, Jointed> {
             return None;
         }
         let t = first / (1.0 - e(0));
-        if !(self.log.clock.hi + t <= self.log.end) {
+        if !(t <= self.log.left()) {
             return None;
         }
         self.write_sum(Tail::Collisions);

@@ -413,7 +413,7 @@ impl Driver<'_, Jointed> {
             return None; // the impulse of a slide is not in proportion to the landing speed alone
         }
         let t = 2.0 * u / (g * (1.0 - r));
-        if !(self.log.clock.hi + t <= self.log.end) {
+        if !(t <= self.log.left()) {
             return None;
         }
         let push = space.normal_row(i).scaled(p_n).plus(space.tangent(i), p_t);

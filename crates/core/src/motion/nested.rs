@@ -404,7 +404,7 @@ impl<C: Coordinates> Driver<'_, C> {
         let doubt = doubt(0.0, &places, places.map(sum), NEXT_TERM);
         // A rounding error of R changes what a cycle takes off by 1/(1 − r) times as much.
         let rounding = BOUNCE_CHANGE * f64::EPSILON * (now + t / least);
-        if !(t > 0.0 && now + t <= self.log.end && doubt <= rounding) {
+        if !(t > 0.0 && t <= self.log.left() && doubt <= rounding) {
             return None;
         }
         let along = one.tangent * one.tangent.dot(&body.center.v);

@@ -546,7 +546,7 @@ impl<'a> Driver<'a, Pair> {
         let t = model.bounce[0] * rates[0];
         if !in_step
             || model.e[0] != model.e[1]
-            || !(self.log.clock.hi + t <= self.log.end)
+            || !(t <= self.log.left())
             || turns
                 && matches!(&self.body.state, PairState::Full(state) if !state.stays_synchronous(t, &self.log))
         {

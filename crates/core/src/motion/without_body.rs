@@ -40,7 +40,7 @@ impl Driver<'_, Pair> {
         let resting = gaps.h[b] == 0.0 && gaps.u[b] == 0.0;
         let t =
             if resting { f64::INFINITY } else { parabola_touchdown(gaps.h[b], gaps.u[b], gravity) };
-        if self.log.clock.hi + t > self.log.end {
+        if t > self.log.left() {
             let left = self.log.left().max(0.0);
             self.move_smoothly(held, left);
             return Some(Outcome::TimeLimit);
@@ -68,7 +68,7 @@ impl Driver<'_, Pair> {
             return None;
         }
         let t = now.since(then) * ratio / (1.0 - ratio);
-        if !(now.hi + t <= self.log.end) {
+        if !(t <= self.log.left()) {
             return None;
         }
         // The sum amplifies the rounding error of the ratio.

@@ -276,7 +276,7 @@ impl FullState {
         if near.clatter {
             let frozen = FrozenModel::new(&self.frozen());
             if let Some(tail) = frozen.clatter_tail(a, &self.gaps)
-                && now + tail.duration <= log.end
+                && tail.duration <= log.left()
             {
                 let (b, t) = (1 - a, tail.duration);
                 let sum = frozen.settle(&self.gaps, t);
@@ -322,7 +322,7 @@ impl FullState {
         let psi_a = frozen.psi[a];
         let t = 2.0 * u_a / (gravity[a] * (1.0 - e));
         let end = h_b + t * (u_b - 0.5 * t * (gravity[b] + e * psi_a * gravity[a]));
-        if !(end >= 0.0 && now + t <= log.end) {
+        if !(end >= 0.0 && t <= log.left()) {
             return None;
         }
         let drift = self.drift(t, u_a * (1.0 + e) / (1.0 - e), 0.0);
@@ -364,7 +364,7 @@ impl FullState {
         let now = log.clock.hi;
         let frozen = FrozenModel::new(&self.frozen());
         let Some(t) = time_to_rest(&frozen, &self.gaps) else { return false };
-        if t > TAIL_TOO_LONG * now || now + t > log.end {
+        if t > TAIL_TOO_LONG * now || t > log.left() {
             return false;
         }
         let most = gravity[0].abs().max(gravity[1].abs()) * t;
