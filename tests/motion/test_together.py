@@ -67,8 +67,13 @@ def law(w, needs, mu, most):
         for size, unit in zip(sizes, units, strict=True):
             for j, x in unit.items():
                 p[j] += size * x
-        xi = [needs[k] + sum(w[k][j] * p[j] for j in range(2 * n)) for k in range(2 * n)]
-        if all(fits(word[i], p[2 * i : 2 * i + 2], xi[2 * i : 2 * i + 2], mu[i]) for i in range(n)):
+        xi = [
+            needs[k] + sum(w[k][j] * p[j] for j in range(2 * n)) for k in range(2 * n)
+        ]
+        if all(
+            fits(word[i], p[2 * i : 2 * i + 2], xi[2 * i : 2 * i + 2], mu[i])
+            for i in range(n)
+        ):
             found.append(p)
     return found
 
@@ -89,7 +94,9 @@ def draw(rng, k):
     rows = eighths(-2, 2, 2 * count, dof)
     for i in range(count):
         kind = rng.integers(4)
-        if kind == 0 or not rows[2 * i + 1].any() or not rows[2 * i].any():  # level ground
+        if (
+            kind == 0 or not rows[2 * i + 1].any() or not rows[2 * i].any()
+        ):  # level ground
             rows[2 * i], rows[2 * i + 1] = 0.0, 0.0
             rows[2 * i, 0], rows[2 * i + 1, 1] = 1.0, 1.0
             if dof > 2:
@@ -123,7 +130,12 @@ def simulated(rows, velocity, mu, e, e_t):
     load = -rows[1::2].sum(axis=0)
     system = sf.Mechanism(np.eye(dof), load, contacts)
     run = sf.simulate(
-        system, np.zeros(dof), velocity, impact="moreau", time_limit=1e-3, event_limit=60
+        system,
+        np.zeros(dof),
+        velocity,
+        impact="moreau",
+        time_limit=1e-3,
+        event_limit=60,
     )
     hits = run.impacts
     if len(hits) == 0:
@@ -133,7 +145,8 @@ def simulated(rows, velocity, mu, e, e_t):
     together = [
         hit
         for hit in hits
-        if hit["elapsed"] == 0 and np.array_equal(hit["rates_before"], first["rates_before"])
+        if hit["elapsed"] == 0
+        and np.array_equal(hit["rates_before"], first["rates_before"])
     ]
     assert len(own(first)) == len(mu) - 1
     impulses = np.zeros(2 * len(mu))
@@ -152,18 +165,28 @@ def test_random_impacts_satisfy_the_law_in_exact_fractions():
             continue
         if any(not row.any() for row in rows) or np.linalg.matrix_rank(rows) < 2:
             continue
-        if any(np.linalg.matrix_rank(rows[2 * i : 2 * i + 2]) < 2 for i in range(count)):
+        if any(
+            np.linalg.matrix_rank(rows[2 * i : 2 * i + 2]) < 2 for i in range(count)
+        ):
             continue
         exact = [[Fraction(float(x)) for x in row] for row in rows]
-        w = [[sum(a * b for a, b in zip(r, s, strict=True)) for s in exact] for r in exact]
+        w = [
+            [sum(a * b for a, b in zip(r, s, strict=True)) for s in exact]
+            for r in exact
+        ]
         v = [Fraction(float(x)) for x in velocity]
         before = [sum(a * b for a, b in zip(r, v, strict=True)) for r in exact]
         factors = np.stack([e_t, e], axis=1).ravel()
-        needs = [(1 + Fraction(float(f))) * u for f, u in zip(factors, before, strict=True)]
+        needs = [
+            (1 + Fraction(float(f))) * u for f, u in zip(factors, before, strict=True)
+        ]
         coefficients = [Fraction(float(m)) for m in mu]
         found = law(w, needs, coefficients, dof)
         ends = {
-            tuple(u + sum(w[i][j] * p[j] for j in range(2 * count)) for i, u in enumerate(before))
+            tuple(
+                u + sum(w[i][j] * p[j] for j in range(2 * count))
+                for i, u in enumerate(before)
+            )
             for p in found
         }
         after, run = simulated(rows, velocity, mu, e, e_t)
@@ -171,18 +194,30 @@ def test_random_impacts_satisfy_the_law_in_exact_fractions():
         said = [text for text in run.warnings if "the law of impact" in text]
         if not ends:
             none += 1
-            assert count == 1 or any("no solution for all" in text for text in said), case
+            assert count == 1 or any("no solution for all" in text for text in said), (
+                case
+            )
             continue
         energies = []
         for p in found:
-            moved = [u + sum(w[i][j] * p[j] for j in range(2 * count)) for i, u in enumerate(before)]
-            energies.append(sum(x * (a + b) / 2 for x, a, b in zip(p, before, moved, strict=True)))
+            moved = [
+                u + sum(w[i][j] * p[j] for j in range(2 * count))
+                for i, u in enumerate(before)
+            ]
+            energies.append(
+                sum(x * (a + b) / 2 for x, a, b in zip(p, before, moved, strict=True))
+            )
         if len(ends) == 1:
             unique += 1
-            np.testing.assert_allclose(after, np.array([*ends][0], dtype=float), atol=1e-11, err_msg=case)
+            np.testing.assert_allclose(
+                after, np.array([*ends][0], dtype=float), atol=1e-11, err_msg=case
+            )
         else:
             several += 1
-            gaps = [max(abs(float(x) - y) for x, y in zip(end, after, strict=True)) for end in ends]
+            gaps = [
+                max(abs(float(x) - y) for x, y in zip(end, after, strict=True))
+                for end in ends
+            ]
             assert min(gaps) < 1e-11, case
         gain = sum(
             float(x) * (float(a) + b) / 2
@@ -193,7 +228,9 @@ def test_random_impacts_satisfy_the_law_in_exact_fractions():
         mirrored = rows.copy()
         mirrored[::2] *= -1
         reflected, _ = simulated(mirrored, velocity, mu, e, e_t)
-        np.testing.assert_allclose(reflected * np.tile([-1, 1], count), after, atol=1e-11, err_msg=case)
+        np.testing.assert_allclose(
+            reflected * np.tile([-1, 1], count), after, atol=1e-11, err_msg=case
+        )
     print(f"{unique} with one velocity, {several} with several, {none} with none")
     assert unique > 0.6 * IMPACTS
 
@@ -211,7 +248,12 @@ def flat_body(kind, rng, e, mu):
         return sf.Posture.box(0.1, 0.1, **options)
     if kind == "polygon":
         top = rng.uniform(0.3, 1.0)
-        corners = [(-width, 0), (width, 0), (top * width, height), (-top * width, height)]
+        corners = [
+            (-width, 0),
+            (width, 0),
+            (top * width, height),
+            (-top * width, height),
+        ]
         return sf.Posture.polygon(corners, **options)
     if kind in ("two feet", "mechanism"):
         feet = [sf.Contact((x, 0), friction=mu) for x in (-width, width)]
@@ -225,7 +267,16 @@ def flat_body(kind, rng, e, mu):
     return sf.Posture.box(width, height, terrain=ground, **options)
 
 
-KINDS = ["box", "cube", "polygon", "two feet", "mechanism", "pedestal", "edge", "stairs"]
+KINDS = [
+    "box",
+    "cube",
+    "polygon",
+    "two feet",
+    "mechanism",
+    "pedestal",
+    "edge",
+    "stairs",
+]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -266,7 +317,13 @@ def stack(rng, count, e):
                     normal[3 * block : 3 * block + 3] = 0, sign, sign * x / rho
                     tangent[3 * block : 3 * block + 3] = sign, 0, -sign * y / rho
             contacts.append(
-                sf.ContactRows(normal, tangent, friction=rng.uniform(0.1, 0.4), restitution=e, tangential_restitution=e)
+                sf.ContactRows(
+                    normal,
+                    tangent,
+                    friction=rng.uniform(0.1, 0.4),
+                    restitution=e,
+                    tangential_restitution=e,
+                )
             )
     load = np.tile([0, -G, 0], count)
     return sf.Mechanism(np.eye(dof), load, contacts), load

@@ -34,7 +34,7 @@ def next_corner(posture, lands, phi, jams="none"):
     _, tangents, both = rows_of(posture)
     qdot = corner_kick(posture, lands, phi)
     run = sf.simulate(
-        posture, (0, 0, 0), qdot, model="local", time_limit=1e6, event_limit=5000, jams=jams
+        posture, (0, 0, 0), qdot, model="local", time_limit=1e6, event_limit=5000, jams=jams, impact="newton"
     )  # fmt: skip
     for phase in run.phases:
         held = [k for k in (0, 1) if phase.mode[k] != "S"]

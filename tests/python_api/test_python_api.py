@@ -260,7 +260,9 @@ def test_values_print_copy_and_compare(value):
         (lambda: sf.simulate(rod(), **START, model="exact"), ["model", "exact"]),
         (lambda: sf.simulate(rod(), **START, impact="coulomb"), ["impact", "coulomb"]),
         (
-            lambda: sf.simulate(rod(), **START, impact="poisson", simultaneous="newton"),
+            lambda: sf.simulate(
+                rod(), **START, impact="poisson", simultaneous="newton"
+            ),
             ["simultaneous"],
         ),
         (

@@ -84,6 +84,6 @@ def test_postures_that_are_stable_by_drift_return_after_every_kick():
             -4, -2, (KICKS, 1)
         )
         runs = sf.simulate_many(
-            posture, np.zeros((KICKS, 3)), velocities, model="local"
+            posture, np.zeros((KICKS, 3)), velocities, model="local", impact="newton"
         )
         assert (runs.outcome == "rest").all(), posture

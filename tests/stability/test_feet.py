@@ -142,7 +142,9 @@ def test_level_ground_is_neutral():
 def check_no_motion(posture, found):
     q, qdot = np.array(found["q"]), np.array(found["qdot"])
     for factor in (1.0, 0.5, 1e-3):
-        run = sf.simulate(posture, q * factor**2, qdot * factor, model="local")
+        run = sf.simulate(
+            posture, q * factor**2, qdot * factor, model="local", impact="newton"
+        )
         assert (run.outcome, run.elapsed, len(run.impacts)) == ("inconsistent", 0, 0)
 
 
@@ -151,7 +153,7 @@ def test_two_runs_of_the_reference():
     down = next(z for i, j, z in rays(A) if (i, j) == (1, 2))
     start = down * [1, 1, 1 / 0.6]
     qdot = (-0.0034653195, -0.0010107182, 0.0017326597 / 0.6)
-    run = sf.simulate(A, start, qdot, model="local")
+    run = sf.simulate(A, start, qdot, model="local", impact="newton")
     assert run.outcome == "rest"
     assert run.elapsed == pytest.approx(7.2620, abs=1e-4)
     assert np.abs(run.q).max() < 1e-9
@@ -163,6 +165,7 @@ def test_two_runs_of_the_reference():
         (0.0012678697, -0.0011961035, -0.0004784414 / 0.4),
         model="local",
         neighbourhood=100.0,
+        impact="newton",
     )
     assert run.outcome == "escape"
     assert {int(c) for c in run.impacts["contact"]} == {1, 3}
@@ -240,6 +243,7 @@ def check_rest(posture, verdict, found, rng, ended):
             neighbourhood=math.sqrt(2) * most,  # of √(x² + y²)
             record=False,
             **options,
+            impact="newton",
         )
         ended.update(runs.outcome.tolist())
         rested = np.isin(runs.outcome, ("rest", "event-limit", "ambiguous"))
@@ -269,6 +273,7 @@ def check_growth(posture, pair, found):
             model="local",
             neighbourhood=1.5,
             event_limit=3000,
+            impact="newton",
         )
         assert {int(c) for c in run.impacts["contact"]} <= {i + 1, j + 1}
         grown.append(run.outcome)
@@ -326,10 +331,12 @@ def test_planted_errors_are_caught():
         elif verdict.by == "descending-pair" and not verdict.stays:
             q, qdot = starts(posture, rays(posture), rng, 100)
             options = {"model": "local", "neighbourhood": 100.0, "event_limit": 3000}
-            runs = sf.simulate_many(posture, q, qdot, **options)
+            runs = sf.simulate_many(posture, q, qdot, **options, impact="newton")
             wrong["no well"] += "escape" in runs.outcome
     level = feet([(-1, 0), (0, 0), (1, 0)], [0] * 3, [0.5, 0, 0.5], (0, 1), 1, 0.5)
-    runs = sf.simulate_many(level, (0, 0, 0), rng.normal(0, 1e-3, (50, 3)))
+    runs = sf.simulate_many(
+        level, (0, 0, 0), rng.normal(0, 1e-3, (50, 3)), impact="newton"
+    )
     assert "rest" not in runs.outcome
 
 

@@ -64,6 +64,7 @@ def ends(posture, jams, rng, model="local", count=KICKS, speed=1e-3):
         event_limit=EVENTS,
         jams=jams,
         neighbourhood=0.5,
+        impact="newton",
     )
     return collections.Counter(runs.outcome.tolist())
 
@@ -83,6 +84,7 @@ def check_cycle(posture, cycle, jams):
         jams=jams,
         event_limit=2000,
         record=False,
+        impact="newton",
     )
     metric = np.array([1, 1, posture.gyration_radius])
     total = sum(corner["growth"] for corner in cycle)
@@ -143,6 +145,7 @@ def test_kicks_do_not_contradict_verdicts_under_either_rule(record_property):
                     verdict.evidence["q"],
                     verdict.evidence["qdot"],
                     model="local",
+                    impact="newton",
                 )
                 assert (run.outcome, len(run.impacts)) == ("inconsistent", 0)
             elif verdict.by == "growing-cycle":
@@ -182,7 +185,9 @@ def test_wells_that_jam_are_stable_with_impacts():
         assert (verdict.frictional_stability, verdict.by) == ("stable", "well")
         qdot = rng.normal(0, 1e-4, (40, 3))
         options = {"model": "local", "neighbourhood": 1e-3, "event_limit": 30_000}
-        runs = sf.simulate_many(posture, (0, 0, 0), qdot, jams="impact", **options)
+        runs = sf.simulate_many(
+            posture, (0, 0, 0), qdot, jams="impact", **options, impact="newton"
+        )
         assert set(runs.outcome) <= {"rest", "event-limit", "ambiguous"}, posture
 
 

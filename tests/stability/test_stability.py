@@ -417,6 +417,7 @@ def kicks(posture, count, random, scale=1e-3):
             record=False,
             neighbourhood=1e7 * scale**2,
             event_limit=200_000,
+            impact="newton",
         )
         outcomes[run.outcome] += 1
     return outcomes
@@ -545,7 +546,9 @@ def test_no_kick_exceeds_the_amplification():
         largest = 0.0
         for k in range(KICKS):
             q, qdot, size = random_kick(posture, random, k % 4)
-            run = sf.simulate(posture, q, qdot, model="local", neighbourhood=math.inf)
+            run = sf.simulate(
+                posture, q, qdot, model="local", neighbourhood=math.inf, impact="newton"
+            )
             assert run.outcome == "rest", (posture, q, qdot)
             largest = max(largest, speeds(posture, run) / size)
         # The rounding errors of a run are below 1e-9 of its largest speed.
@@ -712,7 +715,11 @@ def test_a_body_rests_in_the_local_model_at_the_time_of_small_kicks_of_the_full_
         sf.Contact(point, slope=slope, friction=mu) for point, slope, mu in feet
     ]
     body = sf.Posture(mass, rho, center, contacts, e)
-    local = sf.simulate(body, (0, 0, 0), kick, model="local", event_limit=20_000)
-    small = sf.simulate(body, (0, 0, 0), np.array(kick) * 1e-6, model="full")
+    local = sf.simulate(
+        body, (0, 0, 0), kick, model="local", event_limit=20_000, impact="newton"
+    )
+    small = sf.simulate(
+        body, (0, 0, 0), np.array(kick) * 1e-6, model="full", impact="newton"
+    )
     assert local.outcome == small.outcome == "rest"
     assert local.time == pytest.approx(small.time * 1e6, rel=1e-8)

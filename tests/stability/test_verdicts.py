@@ -67,13 +67,20 @@ def kicks(posture, rng, count=KICKS):
         velocities[k] -= np.linalg.pinv(held) @ (held @ velocities[k])
     velocities *= 10.0 ** rng.uniform(-4, -2, (count, 1))
     runs = sf.simulate_many(
-        posture, np.zeros((count, 3)), velocities, model="local", event_limit=EVENTS
+        posture,
+        np.zeros((count, 3)),
+        velocities,
+        model="local",
+        event_limit=EVENTS,
+        impact="newton",
     )
     return collections.Counter(map(str, runs.outcome))
 
 
 def check_away(posture, velocity):
-    run = sf.simulate(posture, (0, 0, 0), velocity, model="local", event_limit=EVENTS)
+    run = sf.simulate(
+        posture, (0, 0, 0), velocity, model="local", event_limit=EVENTS, impact="newton"
+    )
     assert run.outcome != "rest", (posture, velocity, run)
 
 
@@ -101,7 +108,9 @@ def check_unstable(posture, verdict):
         assert growth > 0, posture
         return "cycle"
     if verdict.by == "no-solution":
-        run = sf.simulate(posture, evidence["q"], evidence["qdot"], model="local")
+        run = sf.simulate(
+            posture, evidence["q"], evidence["qdot"], model="local", impact="newton"
+        )
         assert (run.outcome, len(run.impacts)) == ("inconsistent", 0), posture
         return "no motion"
     assert verdict.by == "accelerating-mode"
