@@ -29,6 +29,7 @@ def local(rates=(0.1, -1.9), restitution=0.1):
 
 def drop(posture, tilt=0.0, height=0.1, qdot=(0, 0, 0), **options):
     """Released above the ground, rotated by `tilt`."""
+    options.setdefault("impact", "newton")
     return sf.simulate(posture, (0, height, tilt), qdot, **options)
 
 
