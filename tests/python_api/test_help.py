@@ -67,7 +67,7 @@ def test_several_words_at_rest_are_the_reason_ambiguous():
 
 def test_the_summary_of_a_run_counts_its_warnings_and_begins_the_first():
     box = sf.Posture.box(0.3, 0.5, friction=0.5, restitution=0.3)
-    run = sf.simulate(box, (0, 0.1, 0.1), (0, 0, 0))
+    run = sf.simulate(box, (0, 0.1, 0.1), (0, 0, 0), impact="newton")
     count, first = len(run.warnings), run.warnings[0]
     noun = "warning" if count == 1 else "warnings"
     start = repr(run).split(f"; {count} {noun}: ")[1].removesuffix(" …>")

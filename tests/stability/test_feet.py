@@ -236,14 +236,13 @@ def check_rest(posture, verdict, found, rng, ended):
     most = verdict.radius(ENERGY) * (1 + 1e-9) if verdict.stays else 1e5 * ENERGY
     full = {"model": "full", "q": (0, 0, 0), "qdot": SMALL * qdot}
     for options in [*laws_of(verdict), full]:
-        options = {"model": "local", "q": q, "qdot": qdot} | options
+        options = {"model": "local", "impact": "newton", "q": q, "qdot": qdot} | options
         runs = sf.simulate_many(
             posture,
             event_limit=EVENTS,
             neighbourhood=math.sqrt(2) * most,  # of √(x² + y²)
             record=False,
             **options,
-            impact="newton",
         )
         ended.update(runs.outcome.tolist())
         rested = np.isin(runs.outcome, ("rest", "event-limit", "ambiguous"))

@@ -378,7 +378,7 @@ def test_texts():
         (
             {"trials": 10**9},
             ValueError,
-            "trials = 1000000000 cannot be used: from 1 to",
+            "trials = 1000000000 cannot be used: an integer from 0 to 100000000",
         ),
         ({"seed": -1}, ValueError, "seed = -1 cannot be used"),
         ({"model": "exact"}, ValueError, "model = "),

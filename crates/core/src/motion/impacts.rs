@@ -39,7 +39,11 @@ impl Driver<'_, AnyContacts> {
         if self.options.policy() == Simultaneous::Together {
             let points = &self.body.state.points;
             let parties: ContactValues<usize> = if self.options.hits_resting() {
-                (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u <= 0.0).collect()
+                let closed = |u: fn(f64) -> bool| {
+                    (0..points.len()).filter(move |&i| points[i].h == 0.0 && u(points[i].u))
+                };
+                // Those that arrive are listed first.
+                closed(|u| u < 0.0).chain(closed(|u| u == 0.0)).collect()
             } else {
                 chosen.clone()
             };
@@ -272,8 +276,10 @@ impl Driver<'_, AnyContacts> {
             }
             if impulses[k] != [0.0; 2] {
                 self.log.hits += 1;
-                let contact = self.body.state.points[i].place.contact;
-                self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
+                if rate < 0.0 {
+                    let contact = self.body.state.points[i].place.contact;
+                    self.cause = Some(Cause::Impact(ContactNumber::of(contact)));
+                }
                 self.write_down(i, listed.clone(), rate, impulses[k]);
             }
         }

@@ -50,7 +50,11 @@ impl Driver<'_, Jointed> {
         if self.options.policy() == Simultaneous::Together {
             let points = &self.body.state.points;
             let parties: ContactValues<usize> = if self.options.hits_resting() {
-                (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u <= 0.0).collect()
+                let closed = |u: fn(f64) -> bool| {
+                    (0..points.len()).filter(move |&i| points[i].h == 0.0 && u(points[i].u))
+                };
+                // Those that arrive are listed first.
+                closed(|u| u < 0.0).chain(closed(|u| u == 0.0)).collect()
             } else {
                 chosen.clone()
             };
