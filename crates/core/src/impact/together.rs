@@ -63,10 +63,21 @@ pub(crate) struct Together {
 
 /// What a contact does: S (P = 0), F (ξ = 0), or it slides with this sign of ξ_t.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Letter {
+enum Letter {
     Separate,
     Fixed,
     Slides(f64),
+}
+
+/// The contacts with zero gap that approach, and after them those at rest; `contacts`: the gap (m) and the rate (m/s) of each.
+pub(crate) fn all_closed(
+    contacts: impl Iterator<Item = (f64, f64)> + Clone,
+) -> ContactValues<usize> {
+    let closed = |takes_part: fn(f64) -> bool| {
+        let all = contacts.clone().enumerate();
+        all.filter(move |(_, (h, u))| *h == 0.0 && takes_part(*u)).map(|(i, _)| i)
+    };
+    closed(|u| u < 0.0).chain(closed(|u| u == 0.0)).collect()
 }
 
 /// The law for these contacts. `w`: entries of the impact matrix, contact by contact (tangential, normal), per unit of impulse;

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::body::contact::ContactValues;
 use crate::collisions::log::names;
 use crate::impact::friction::{self, Material, NO_FRICTION, plastic_jam, slides_in_impact};
-use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, together};
+use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, all_closed, together};
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
 use crate::motion::record::ListedImpact;
@@ -37,13 +37,8 @@ impl Driver<'_, AnyContacts> {
             }
         }
         if self.options.policy() == Simultaneous::Together {
-            let points = &self.body.state.points;
-            let parties: ContactValues<usize> = if self.options.hits_resting() {
-                let closed = |u: fn(f64) -> bool| {
-                    (0..points.len()).filter(move |&i| points[i].h == 0.0 && u(points[i].u))
-                };
-                // Those that arrive are listed first.
-                closed(|u| u < 0.0).chain(closed(|u| u == 0.0)).collect()
+            let parties = if self.options.hits_resting() {
+                all_closed(self.body.state.points.iter().map(|p| (p.h, p.u)))
             } else {
                 chosen.clone()
             };

@@ -6,7 +6,7 @@ use crate::body::contact::{ContactLetters, ContactValues};
 use crate::body::terrain::Place;
 use crate::collisions::log::names;
 use crate::impact::friction::{self, Material, NO_FRICTION, plastic_jam, slides_in_impact};
-use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, together};
+use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, all_closed, together};
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::math::simplex::maximise;
 use crate::modes::Mode;
@@ -48,13 +48,8 @@ impl Driver<'_, Jointed> {
             ));
         }
         if self.options.policy() == Simultaneous::Together {
-            let points = &self.body.state.points;
-            let parties: ContactValues<usize> = if self.options.hits_resting() {
-                let closed = |u: fn(f64) -> bool| {
-                    (0..points.len()).filter(move |&i| points[i].h == 0.0 && u(points[i].u))
-                };
-                // Those that arrive are listed first.
-                closed(|u| u < 0.0).chain(closed(|u| u == 0.0)).collect()
+            let parties = if self.options.hits_resting() {
+                all_closed(self.body.state.points.iter().map(|p| (p.h, p.u)))
             } else {
                 chosen.clone()
             };
@@ -196,6 +191,9 @@ impl Driver<'_, Jointed> {
                 self.hit_once(i, listed.clone(), rate, impulses[k]);
             }
         }
+        let arrived =
+            (0..hit.len()).rev().find(|&k| parties[k].before[1] < 0.0 && impulses[k] != [0.0; 2]);
+        self.cause = arrived.map(|k| Cause::Impact(ContactNumber::of(hit[k]))).or(self.cause);
         let pushed = |(party, impulse): (&Party, &[f64; 2])| {
             party.material.friction == 0.0 && impulse[1] > 0.0
         };
