@@ -9,6 +9,7 @@
 
 use crate::body::contact::ContactLetters;
 use crate::math::roots::ORDER;
+use crate::math::series::{Series, product};
 use crate::modes::Mode;
 use crate::sustained::rows::{Row, Unknown};
 use crate::sustained::step::Track;
@@ -167,25 +168,22 @@ impl Step {
         let (axis, lever, side) =
             if tangential { (p.tangent, c, -1.0) } else { (p.normal, b, 1.0) };
         let turning = self.turning(i);
+        // Rounding errors of the axis count, too: a velocity counts with its size, not with its part along the axis.
+        let length = |one: &[Series; 2], k: usize| libm::hypot(one[0][k], one[1][k]);
         let mut size = 0.0_f64;
-        (FIRST..self.order).find_map(|k| {
+        (0..self.order).find_map(|k| {
             let turned = (0..=k).map(|j| side * lever[j] * self.omega[k - j]);
-            let (rate, terms) = match turning {
-                None => {
-                    let pushed = [axis.x * self.v[0][k], axis.y * self.v[1][k]];
-                    let terms = pushed.into_iter().chain(turned);
-                    (terms.clone().sum::<f64>(), terms.map(f64::abs).sum::<f64>())
-                }
+            let (pushed, speed) = match turning {
+                None => (axis.x * self.v[0][k] + axis.y * self.v[1][k], length(&self.v, k)),
                 Some(point) => {
-                    let axis = if tangential { point.tangent() } else { point.normal };
-                    let pushed = (0..=k).flat_map(|j| {
-                        [axis[0][j] * self.v[0][k - j], axis[1][j] * self.v[1][k - j]]
-                    });
-                    let terms = pushed.chain(turned);
-                    (terms.clone().sum::<f64>(), terms.map(f64::abs).sum::<f64>())
+                    let axis = &if tangential { point.tangent() } else { point.normal };
+                    let pushed = product(&axis[0], &self.v[0], k) + product(&axis[1], &self.v[1], k);
+                    let speeds = (0..=k).map(|j| length(axis, j) * length(&self.v, k - j));
+                    (pushed, speeds.sum())
                 }
             };
-            size = size.max(terms);
+            size = size.max(turned.clone().fold(speed, |sum, term| sum + term.abs()));
+            let rate = turned.fold(pushed, |sum, term| sum + term);
             (k >= from && rate.abs() > RATE_COEFFICIENT * size).then_some((k, rate))
         })
     }
