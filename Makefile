@@ -69,7 +69,8 @@ long: wheel
 	STANDFAST_SYMMETRY_SCENES=1500 STANDFAST_POSTURES=250 $(LONG) tests/motion/test_symmetry.py tests/motion/test_order.py
 	STANDFAST_KICKED_RUNS=3000 STANDFAST_ENERGY_RUNS=1500 STANDFAST_FORCES_RUNS=2000 STANDFAST_RELATIONS_RUNS=5000 $(LONG) \
 		tests/motion/test_excitation.py tests/motion/test_energy.py tests/motion/test_forces.py tests/motion/test_relations.py
-	STANDFAST_TOGETHER=10000 STANDFAST_FLAT_DROPS=2000 STANDFAST_STACKS=1000 $(LONG) tests/motion/test_together.py
+	STANDFAST_TOGETHER=10000 STANDFAST_FLAT_DROPS=2000 STANDFAST_STACKS=1000 STANDFAST_SHAFTS=2000 $(LONG) \
+		tests/motion/test_together.py tests/motion/test_shafts.py
 	STANDFAST_TIES=10000 STANDFAST_FLUSH_HITS=2000 STANDFAST_ZERO_KICKS=20000 STANDFAST_BOUNCES=2000 $(LONG) \
 		tests/motion/test_ties.py tests/motion/test_kicks_at_events.py tests/motion/test_bounces.py
 	STANDFAST_FUZZ_SCENES=3000 STANDFAST_TERRAIN_SCENES=10000 STANDFAST_ENDLESS=40000 $(LONG) \

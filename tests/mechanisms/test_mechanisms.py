@@ -115,6 +115,18 @@ def test_a_run_of_a_mechanism_is_kept_whole(tmp_path):
     run.plot(tmp_path / "run.png")
 
 
+def test_impacts_are_in_order_of_time():
+    """One without friction at the start, then bounces: they are computed in different places."""
+    contact = sf.ContactRows(normal=[1.75, -1.75], tangential=[1.0, 1.0], restitution=0.125)  # fmt: skip
+    system = sf.Mechanism(np.eye(2), [-1.75, 1.75], [contact])
+    run = sf.simulate(system, (0, 0), (0, 0.25), time_limit=1.0)
+    assert len(run.impacts) > 1
+    assert run.impacts["elapsed"][0] == 0
+    assert (np.diff(run.impacts["elapsed"]) > 0).all()
+    after, before = run.impacts["rates_after"][:-1], run.impacts["rates_before"][1:]
+    assert before == pytest.approx(-after, rel=1e-12)
+
+
 def test_copies():
     mechanism = jointed(armature=[0, 0, 0, 0.1], locked=[3], restitution=0.2)
     problem = sf.MechanismProblem(mechanism, sliding=[1, None])

@@ -192,6 +192,7 @@ def test_random_impacts_satisfy_the_law_in_exact_fractions():
         }
         after, run = simulated(rows, velocity, mu, e, e_t)
         case = f"{k}: {rows.tolist()}, {velocity}, {mu}, {e}, {e_t}"
+        assert (np.diff(run.impacts["elapsed"]) >= 0).all(), case
         said = [text for text in run.warnings if "the law of impact" in text]
         if not ends:
             none += 1
@@ -319,7 +320,6 @@ def stack(rng, count, e):
             normal, tangent = np.zeros(dof), np.zeros(dof)
             for block, y, sign in ((b, -0.5 * height, 1), (b - 1, 0.5 * height, -1)):
                 if block >= 0:
-                    normal[3 * block : 3 * block + 3] = sign, 0, 0
                     normal[3 * block : 3 * block + 3] = 0, sign, sign * x / rho
                     tangent[3 * block : 3 * block + 3] = sign, 0, -sign * y / rho
             contacts.append(
@@ -346,7 +346,7 @@ def test_stacks_of_three_blocks_come_to_rest():
             q[1::3] = np.cumsum(rng.uniform(0, 0.1, 3))
         else:
             v = rng.normal(0, 0.05, 9)
-        run = sf.simulate(system, q, v, time_limit=20.0, event_limit=100_000)
+        run = sf.simulate(system, q, v, time_limit=20.0)
         case = f"{k}: {run}, {run.warnings}"
         assert run.outcome == "rest", case
         t = run.sample(100)[0]

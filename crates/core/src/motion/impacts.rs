@@ -225,7 +225,9 @@ impl Driver<'_, AnyContacts> {
             let own = contact < self.body.posture.contacts().len();
             let at = if own { self.body.posture.point_of(contact) } else { i };
             (before[at], after[at]) = (rate, u);
-            self.record.impacts.push(ListedImpact { clock, contact, before, after, impulse });
+            let collisions = self.log.collisions.len();
+            let hit = ListedImpact { clock, collisions, contact, before, after, impulse };
+            self.record.impacts.push(hit);
         }
     }
 

@@ -147,7 +147,9 @@ impl Driver<'_, Jointed> {
         self.body.last.follow(i, -rate, &self.log);
         if self.log.record {
             let (clock, after) = (self.log.clock, self.rates());
-            self.record.impacts.push(ListedImpact { clock, contact: i, before, after, impulse });
+            let collisions = self.log.collisions.len();
+            let hit = ListedImpact { clock, collisions, contact: i, before, after, impulse };
+            self.record.impacts.push(hit);
         }
     }
 

@@ -138,6 +138,8 @@ pub(crate) struct ZenoRecord {
 #[derive(Debug, Clone)]
 pub(crate) struct ListedImpact {
     pub(crate) clock: Clock,
+    /// Number of plain collisions before it.
+    pub(crate) collisions: usize,
     pub(crate) contact: usize,
     /// Gap rates point by point, in m/s.
     pub(crate) before: Vec<f64>,

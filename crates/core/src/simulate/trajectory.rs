@@ -462,19 +462,22 @@ impl Trajectory {
                 rates_after: after,
                 impulse: impulse.map(|part| (mass * part).unsigned_zero()),
             };
-        let plain =
-            self.record.collisions.iter().zip(&self.expanded().fractions).map(|(c, fraction)| {
-                let [before, after] = [c.before, c.after].map(|rates| self.each(rates));
-                record(c.elapsed, c.contact, before, after, [0.0, fraction * c.jump])
-            });
-        let others = self.record.impacts.iter().map(|c| {
+        let collisions = self.record.collisions.iter().zip(&self.expanded().fractions);
+        let mut plain = collisions.map(|(c, fraction)| {
+            let [before, after] = [c.before, c.after].map(|rates| self.each(rates));
+            record(c.elapsed, c.contact, before, after, [0.0, fraction * c.jump])
+        });
+        let mut all = Vec::with_capacity(self.record.hits);
+        for (k, c) in self.record.impacts.iter().enumerate() {
             let each = |rates: &[f64]| match self.posture() {
                 Some(posture) => posture.per_contact(|k| rates[k].unsigned_zero()).collect(),
                 None => rates.to_vec().unsigned_zero(),
             };
-            record(c.clock, c.contact, each(&c.before), each(&c.after), c.impulse)
-        });
-        plain.chain(others).collect()
+            all.extend(plain.by_ref().take(c.collisions + k - all.len()));
+            all.push(record(c.clock, c.contact, each(&c.before), each(&c.after), c.impulse));
+        }
+        all.extend(plain);
+        all
     }
 
     /// The Zeno points, in order.

@@ -177,7 +177,8 @@ impl Step {
                 None => (axis.x * self.v[0][k] + axis.y * self.v[1][k], length(&self.v, k)),
                 Some(point) => {
                     let axis = &if tangential { point.tangent() } else { point.normal };
-                    let pushed = product(&axis[0], &self.v[0], k) + product(&axis[1], &self.v[1], k);
+                    let pushed =
+                        product(&axis[0], &self.v[0], k) + product(&axis[1], &self.v[1], k);
                     let speeds = (0..=k).map(|j| length(axis, j) * length(&self.v, k - j));
                     (pushed, speeds.sum())
                 }
