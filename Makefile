@@ -71,6 +71,7 @@ long: wheel
 		tests/motion/test_excitation.py tests/motion/test_energy.py tests/motion/test_forces.py tests/motion/test_relations.py
 	STANDFAST_TOGETHER=10000 STANDFAST_FLAT_DROPS=2000 STANDFAST_STACKS=1000 STANDFAST_SHAFTS=2000 $(LONG) \
 		tests/motion/test_together.py tests/motion/test_shafts.py
+	STANDFAST_MIDDLE_FEET=1000 $(LONG) tests/motion/test_middle_foot.py
 	STANDFAST_TIES=10000 STANDFAST_FLUSH_HITS=2000 STANDFAST_ZERO_KICKS=20000 STANDFAST_BOUNCES=2000 $(LONG) \
 		tests/motion/test_ties.py tests/motion/test_kicks_at_events.py tests/motion/test_bounces.py
 	STANDFAST_FUZZ_SCENES=3000 STANDFAST_TERRAIN_SCENES=10000 STANDFAST_ENDLESS=40000 $(LONG) \

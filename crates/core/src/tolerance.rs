@@ -325,6 +325,13 @@ pub(crate) const DISC_CENTER: f64 = 8.0;
 /// Coordinates are given with a rounding error of a few ε. Range: 2 ε to 16 ε.
 pub(crate) const SAME_VERTEX: f64 = 8.0 * f64::EPSILON;
 
+/// Distance from a straight line through two contacts up to which another contact is on it. Unit: size of the body. Range: 2 ε to 32 ε.
+pub(crate) const ON_A_LINE: f64 = 8.0 * f64::EPSILON;
+
+/// Bound of the rounding error of a rate or gap computed from others above which the bound of its stored value replaces it. Unit: the velocity or
+/// displacement. Range: 1e-11 to 1e-6.
+pub(crate) const USELESS_BOUND: f64 = 1e-9;
+
 /// Largest sliding speed that counts as zero just after a sum of impacts. Unit: the sliding speed that counts as zero elsewhere. The error
 /// of the time of the sum, times gravity, is an error of the speed; nested sums have errors of some hundred units. Range: 1e2 to 1e4.
 pub(crate) const SLOWEST_KNOWN: f64 = 1e3;

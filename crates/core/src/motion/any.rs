@@ -14,6 +14,7 @@ use crate::modes::Mode;
 use crate::motion::bounces::Bounces;
 use crate::motion::driver::{Coordinates, Driver, DriverStep, Planar};
 use crate::motion::frame::Base;
+use crate::motion::lines::{Line, lines_of};
 use crate::motion::nested::Limit;
 use crate::motion::record::{Moment, Motion, ZenoRecord};
 use crate::motion::slow::{InstantImpacts, SlowContacts};
@@ -44,6 +45,8 @@ pub(crate) struct AnyContacts {
     pub(super) friction_warned: bool,
     pub(super) last: LastImpacts,
     pub(super) bounces: Bounces,
+    /// Contacts on one straight line of the body.
+    pub(super) lines: Vec<Line>,
 }
 
 impl Coordinates for AnyContacts {
@@ -206,6 +209,7 @@ impl<'a> Driver<'a, AnyContacts> {
             friction_warned: false,
             last: LastImpacts::default(),
             bounces: Bounces::default(),
+            lines: lines_of(posture),
         };
         Self::with(body, base, local, options, warnings, cancel)
     }
@@ -373,7 +377,12 @@ impl<'a> Driver<'a, AnyContacts> {
             self.body.state.points.iter_mut().for_each(|p| (p.h, p.depth) = (f64::INFINITY, 0.0));
         }
         self.note_flight();
-        let landings = self.body.state.touchdowns();
+        let mut landings = self.body.state.touchdowns();
+        if !self.body.lines.is_empty() {
+            (0..self.body.contacts)
+                .filter(|&j| self.is_between(j))
+                .for_each(|j| landings[j] = None);
+        }
         let first = landings.iter().flatten().copied().fold(f64::INFINITY, f64::min);
         let crossing = (0..n)
             .filter_map(|i| self.body.state.crossing(i, first).map(|(t, side)| (t, i, side)))
@@ -420,6 +429,7 @@ impl<'a> Driver<'a, AnyContacts> {
         if self.log.hits.is_multiple_of(REFRESH) {
             self.refresh();
         }
+        self.follow_outer();
         if let Some(((_, k), i)) = strike {
             self.body.state.put_on(i, &self.body.posture, k);
             return None;
@@ -440,6 +450,7 @@ impl<'a> Driver<'a, AnyContacts> {
                 (p.h, p.u) = (0.0, p.u.min(0.0));
             }
         }
+        self.follow_outer();
         None
     }
 

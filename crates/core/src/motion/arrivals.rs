@@ -36,9 +36,10 @@ impl Driver<'_, AnyContacts> {
         };
         let later = end != clock;
         for j in 0..self.body.state.points.len() {
+            let held_off = self.is_between(j);
             let p = &mut self.body.state.points[j];
             let together = firsts.iter().any(|first| p.lands_with(first));
-            if p.h > 0.0 && (together || later && is_due(p.h, p.u)) {
+            if p.h > 0.0 && !held_off && (together || later && is_due(p.h, p.u)) {
                 p.h = 0.0;
             }
             let p = self.body.state.points[j];
@@ -64,6 +65,7 @@ impl Driver<'_, AnyContacts> {
                 self.body.state.put_on(j, &self.body.posture, piece);
             }
         }
+        self.land_between();
         self.drop_sides_passed();
         self.approaching()
     }

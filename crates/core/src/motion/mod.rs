@@ -7,6 +7,7 @@ mod driver;
 pub(crate) mod frame;
 mod ground_watch;
 mod impacts;
+mod lines;
 mod mechanism;
 mod mechanism_contact;
 mod mechanism_impacts;

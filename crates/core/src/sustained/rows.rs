@@ -9,7 +9,7 @@ use crate::modes::Mode;
 use crate::sustained::{BodyState, ContactState, Rounding};
 use crate::tolerance::{
     CORRECTED_VELOCITY, DEPENDENT_ROW, IMPLIED_ROW, NEARLY_EQUAL_ROWS, PARALLEL_GROUND,
-    STOPPED_ROW, UNEVEN_GAP,
+    STOPPED_ROW, UNEVEN_GAP, USELESS_BOUND,
 };
 
 /// Most corrections of a velocity or position: loads are up to 1e100 times what moves, each correction gains sixteen digits.
@@ -85,8 +85,13 @@ pub(super) fn consistent<V: MassVector>(rows: &[Option<V>], values: &mut [Known]
         };
         let depends = left_over(row, &basis).norm() <= IMPLIED_ROW * row.norm();
         if depends && !stay.iter().any(alike) {
-            let value = row.dot(&x);
-            values[i] = (value, bound(row, &basis) + f64::EPSILON * value.abs());
+            let (value, (old, rounding)) = (row.dot(&x), values[i]);
+            let computed = bound(row, &basis) + f64::EPSILON * value.abs();
+            // Where rows nearly depend on each other this bound is large, and grows from event to event. The stored value has a bound, too.
+            let useless = computed > USELESS_BOUND * row.norm() * x.norm();
+            let error =
+                if useless { computed.min(rounding + (value - old).abs()) } else { computed };
+            values[i] = (value, error);
         }
     }
 }
