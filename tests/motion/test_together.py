@@ -210,15 +210,16 @@ def test_random_impacts_satisfy_the_law_in_exact_fractions():
             energies.append(
                 sum(x * (a + b) / 2 for x, a, b in zip(p, before, moved, strict=True))
             )
+        close = 1e-11 * max(1, 0.1 * np.abs(after).max())
         if len(ends) == 1:
             unique += 1
             np.testing.assert_allclose(
-                after, np.array(next(iter(ends)), dtype=float), atol=1e-11, err_msg=case
+                after, np.array(next(iter(ends)), dtype=float), atol=close, err_msg=case
             )
         else:
             several += 1
             same = [
-                np.abs(np.array(end, dtype=float) - after).max() < 1e-11
+                np.abs(np.array(end, dtype=float) - after).max() < close
                 for end in all_ends
             ]
             assert any(same), case
@@ -236,7 +237,7 @@ def test_random_impacts_satisfy_the_law_in_exact_fractions():
         mirrored[::2] *= -1
         reflected, _ = simulated(mirrored, velocity, mu, e, e_t)
         np.testing.assert_allclose(
-            reflected * np.tile([-1, 1], count), after, atol=1e-11, err_msg=case
+            reflected * np.tile([-1, 1], count), after, atol=close, err_msg=case
         )
     print(f"{unique} with one velocity, {several} with several, {none} with none")
     assert unique > 0.6 * IMPACTS
