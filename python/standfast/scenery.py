@@ -41,6 +41,8 @@ def body_outline(posture: Posture, q: _Floats, frozen: bool) -> _Floats:
 
 def disc_center(contact: Contact) -> _Floats:
     """The centre (2,) of a round contact in the nominal posture, m; the point of another one."""
+    if contact.center is not None:
+        return np.array(contact.center)
     up = np.array([-math.sin(contact.slope), math.cos(contact.slope)])
     return np.array(contact.point) + contact.radius * up
 

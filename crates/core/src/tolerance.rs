@@ -325,6 +325,10 @@ pub(crate) const DISC_CENTER: f64 = 8.0;
 /// Coordinates are given with a rounding error of a few ε. Range: 2 ε to 16 ε.
 pub(crate) const SAME_VERTEX: f64 = 8.0 * f64::EPSILON;
 
+/// Distance of the point of a disc from its ground, or from the circle about a given centre. Unit: size of the numbers. Files may hold a point
+/// with few digits. Range: 1e-12 to 1e-6.
+pub(crate) const DISC_POINT: f64 = 1e-9;
+
 /// Distance from a straight line through two contacts up to which another contact is on it. Unit: size of the body. Range: 2 ε to 32 ε.
 pub(crate) const ON_A_LINE: f64 = 8.0 * f64::EPSILON;
 

@@ -245,6 +245,11 @@ pub(crate) fn not_of_mechanism() -> PyErr {
     })
 }
 
+/// The centre of a disc, or None.
+pub(crate) fn disc_center(value: &Bound<'_, PyAny>) -> PyResult<Option<[f64; 2]>> {
+    if value.is_none() { Ok(None) } else { reals("center", value).map(Some) }
+}
+
 /// A point, or None.
 pub(crate) fn some_point(value: &Bound<'_, PyAny>) -> PyResult<Option<[f64; 2]>> {
     if value.is_none() { Ok(None) } else { point(value).map(Some) }

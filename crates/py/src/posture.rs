@@ -1,6 +1,7 @@
 //! Contact, Posture and LocalModel.
 
 use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
+use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use standfast::body::Lamina;
@@ -19,7 +20,8 @@ use crate::input;
 /// π a ceiling. The terrain has tangent t = (cos, sin) and normal n = (−sin, cos). friction : μ, from 0 to 1e12.
 /// restitution : in [0, 1), or None for that of the posture. tangential_restitution : in [0, 1). segment : ends of the terrain
 /// along t, m. radius : m, ≥ 0, of the disc that touches at `point` in the nominal posture: its centre is at point + radius · n; the disc
-/// turns with the body and rolls. 0: a point of the body.
+/// turns with the body and rolls. 0: a point of the body. center : (2,) m, of a disc, instead of `point`: the disc then need not touch its ground in
+/// the nominal posture, and `point` is its point nearest to the ground.
 ///
 /// Raises ValueError naming the field, its value and the allowed range.
 ///
@@ -33,28 +35,36 @@ pub(crate) struct PyContact(pub(crate) Contact);
 #[pymethods]
 impl PyContact {
     #[new]
-    #[pyo3(signature = (point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=[f64::NEG_INFINITY, f64::INFINITY], radius=0.0, **unknown), text_signature = "(point, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=(-1e999, 1e999), radius=0.0)")]
+    #[pyo3(signature = (point=None, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=[f64::NEG_INFINITY, f64::INFINITY], radius=0.0, center=None, **unknown), text_signature = "(point=None, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=(-1e999, 1e999), radius=0.0, center=None)")]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
     fn new(
-        #[pyo3(from_py_with = input::point)] point: [f64; 2],
+        #[pyo3(from_py_with = input::some_point)] point: Option<[f64; 2]>,
         #[pyo3(from_py_with = input::slope)] slope: f64,
         #[pyo3(from_py_with = input::friction)] friction: f64,
         #[pyo3(from_py_with = input::own_restitution)] restitution: Option<f64>,
         #[pyo3(from_py_with = input::tangential_restitution)] tangential_restitution: f64,
         #[pyo3(from_py_with = input::segment)] segment: [f64; 2],
         #[pyo3(from_py_with = input::radius)] radius: f64,
+        #[pyo3(from_py_with = input::disc_center)] center: Option<[f64; 2]>,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         input::no_keywords("Contact", unknown)?;
-        let contact = Contact {
-            point,
+        let (Some(at), is_given) = (point.or(center), point.is_some()) else {
+            return Err(PyTypeError::new_err("Contact() needs `point`, or `center` for a disc"));
+        };
+        let mut contact = Contact {
+            point: at,
             slope,
             friction,
             restitution,
             tangential_restitution,
             radius,
+            center,
             segment,
         };
+        if !is_given {
+            contact = contact.on_slope(slope);
+        }
         contact.validate("").map_err(|e| to_py(&e))?;
         Ok(Self(contact))
     }
@@ -94,6 +104,12 @@ impl PyContact {
         self.0.radius
     }
 
+    /// (2,) m, if it was given.
+    #[getter]
+    fn center(&self) -> Option<(f64, f64)> {
+        self.0.center.map(Into::into)
+    }
+
     fn __repr__(&self) -> String {
         let c = &self.0;
         let mut text = format!(
@@ -114,6 +130,9 @@ impl PyContact {
         if c.radius != 0.0 {
             text += &format!(", radius={}", float(c.radius));
         }
+        if let Some(center) = c.center {
+            text += &format!(", center={}", pair_text(center));
+        }
         text + ")"
     }
 
@@ -121,7 +140,8 @@ impl PyContact {
     fn __reduce__(
         &self,
         py: Python<'_>,
-    ) -> (Py<PyAny>, ([f64; 2], f64, f64, Option<f64>, f64, (f64, f64), f64)) {
+    ) -> (Py<PyAny>, ([f64; 2], f64, f64, Option<f64>, f64, (f64, f64), f64, Option<[f64; 2]>))
+    {
         let c = &self.0;
         let arguments = (
             c.point,
@@ -131,6 +151,7 @@ impl PyContact {
             c.tangential_restitution,
             c.segment.into(),
             c.radius,
+            c.center,
         );
         (py.get_type::<Self>().into_any().unbind(), arguments)
     }

@@ -9,8 +9,8 @@
 //!   ////////////
 //! ```
 //!
-//! A contact with a radius R is a disc about a point of the body. Its centre C = point + R n is fixed in the body. The disc touches the
-//! ground with the point below its centre, which is another point of the body once the body has turned:
+//! A contact with a radius R is a disc about a point of the body. Its centre C = point + R n is fixed in the body, unless it is given. The disc
+//! touches the ground with the point below its centre, which is another point of the body once the body has turned:
 //!
 //! ```text
 //!    .--.
@@ -27,7 +27,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, angle, finite, friction, in_range, restitution};
-use crate::tolerance::DISC_CENTER;
+use crate::tolerance::{DISC_CENTER, DISC_POINT};
 
 /// An entry for each contact, without allocation for up to two contacts.
 pub(crate) type PerContact<T> = smallvec::SmallVec<[T; 2]>;
@@ -68,6 +68,10 @@ pub struct Contact {
     /// `point`, along the normal of the ground.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub radius: f64,
+    /// The centre of a disc in the nominal posture, world axes, in m. With it the disc need not touch its ground there: `point` is the point
+    /// of the disc that is nearest to the ground.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub center: Option<[f64; 2]>,
     /// Extent of the terrain along `t` from `point`, in m; `(-∞, ∞)` unless given.
     #[serde(default = "everywhere", skip_serializing_if = "is_everywhere")]
     #[serde(with = "crate::serial::numbers::extended_pair")]
@@ -115,8 +119,22 @@ impl Contact {
             restitution: None,
             tangential_restitution: 0.0,
             radius: 0.0,
+            center: None,
             segment: everywhere(),
         }
+    }
+
+    /// The disc of this radius (m) about this point of the body, without friction, which need not touch its ground.
+    ///
+    /// ```
+    /// use standfast::Contact;
+    ///
+    /// let ball = Contact::around([0.0, 1.0], 0.25);
+    /// assert_eq!(ball.point, [0.0, 0.75]);
+    /// ```
+    #[must_use]
+    pub fn around(center: [f64; 2], radius: f64) -> Self {
+        Self { radius, center: Some(center), ..Self::at(center[0], center[1] - radius) }
     }
 
     /// The same contact on terrain of another slope, in rad.
@@ -132,7 +150,9 @@ impl Contact {
     /// ```
     #[must_use]
     pub fn on_slope(self, slope: f64) -> Self {
-        Self { slope, ..self }
+        let mut contact = Self { slope, ..self };
+        contact.turn_to(&contact.normal());
+        contact
     }
 
     /// The same contact as a disc of this radius, in m, that touches at the same point.
@@ -149,7 +169,18 @@ impl Contact {
     /// The centre of the disc in the nominal posture, in m; the point itself for a point.
     pub(crate) fn center(&self) -> Vector2<f64> {
         let point = Vector2::from(self.point);
-        if self.is_round() { point + self.normal() * self.radius } else { point }
+        match self.center {
+            Some(center) => center.into(),
+            None if self.is_round() => point + self.normal() * self.radius,
+            None => point,
+        }
+    }
+
+    /// Puts `point` where a disc whose centre is given is nearest to ground with this normal.
+    pub(crate) fn turn_to(&mut self, normal: &Vector2<f64>) {
+        if let Some(center) = self.center {
+            self.point = (Vector2::from(center) - normal * self.radius).into();
+        }
     }
 
     /// Arm of the centre from `origin` along a tangent and a normal, in m; 0 within its rounding error, so that a disc about the centre of
@@ -160,14 +191,18 @@ impl Contact {
         tangent: &Vector2<f64>,
         normal: &Vector2<f64>,
     ) -> (f64, f64) {
-        let point = Vector2::from(self.point);
+        let point = Vector2::from(self.center.unwrap_or(self.point));
         let arm = point - origin;
         let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
         if !self.is_round() {
             return (b, c);
         }
         let own = self.normal();
-        let up = if own == *normal { [0.0, 1.0] } else { [tangent.dot(&own), normal.dot(&own)] };
+        let up = match self.center {
+            Some(_) => [0.0, 0.0],
+            None if own == *normal => [0.0, 1.0],
+            None => [tangent.dot(&own), normal.dot(&own)],
+        };
         let terms = point.amax() + origin.amax() + self.radius;
         let known = |x: f64| {
             if x.abs() <= DISC_CENTER * f64::EPSILON * terms { 0.0 } else { x }
@@ -199,6 +234,26 @@ impl Contact {
         Ok(())
     }
 
+    /// Checks the centre.
+    fn validate_center(&self, at: &str) -> Result<(), Error> {
+        let Some([x, y]) = self.center else { return Ok(()) };
+        finite(format_args!("{at}center.x"), x)?;
+        finite(format_args!("{at}center.y"), y)?;
+        let distance = (Vector2::from(self.point) - Vector2::new(x, y)).norm();
+        let terms = self.radius + self.point[0].abs().max(self.point[1].abs());
+        if !self.is_round() || (distance - self.radius).abs() > DISC_POINT * terms {
+            return Err(Error::Unusable {
+                field: format!("{at}center"),
+                value: format!("({x:?}, {y:?})"),
+                allowed: format!(
+                    "a point at the distance {at}radius = {:?} m > 0 from {at}point, which is {distance:?} m away; or left out",
+                    self.radius
+                ),
+            });
+        }
+        Ok(())
+    }
+
     /// Checks every field; `at` is the path written in front of a field's name in an error.
     ///
     /// # Errors
@@ -223,6 +278,7 @@ impl Contact {
             "0 <= tangential_restitution < 1",
         )?;
         self.validate_radius(at)?;
+        self.validate_center(at)?;
         let [low, high] = self.segment;
         if !(low <= 0.0 && high >= 0.0 && low < high) {
             return Err(Error::Unusable {

@@ -223,6 +223,9 @@ impl Posture {
                 grounds.push(ground);
             }
         }
+        if fields.terrain.is_empty() {
+            fields.contacts.iter_mut().for_each(|contact| contact.turn_to(&contact.normal()));
+        }
         if fields.ground == GroundKind::Shared {
             grounds = terrain::shared(&fields)?;
         }

@@ -25,7 +25,7 @@ use crate::body::contact::{Contact, direction};
 use crate::body::posture::PostureFields;
 use crate::error::{Error, finite};
 use crate::math::orientation::{along, area, precise_area};
-use crate::tolerance::{SAME_VERTEX, STRAIGHT_VERTEX};
+use crate::tolerance::{DISC_POINT, SAME_VERTEX, STRAIGHT_VERTEX};
 
 /// Rounding error of a distance from a piece. Unit: machine epsilon times the distance from the more distant vertex of the piece; for a
 /// precise distance, machine epsilon times the distance itself.
@@ -600,18 +600,38 @@ pub(crate) fn place_error(at: &Vector2<f64>) -> f64 {
 
 /// Sets the slope and the segment of a contact from the terrain. If the user gave them, they must be equal to these.
 pub(crate) fn place_on(ground: &Ground, contact: &mut Contact, at: &str) -> Result<(), Error> {
-    let [x, y] = contact.point;
-    let (pieces, point) = (&ground.pieces, Vector2::from(contact.point));
+    let (name, [x, y]) = match contact.center {
+        Some(center) => ("center", center),
+        None => ("point", contact.point),
+    };
+    let (pieces, point) = (&ground.pieces, Vector2::new(x, y));
     let found = usize::try_from(ground.find_up(&point, place_error(&point))).unwrap_or(usize::MAX);
     let Some(piece) = pieces.get(found) else {
         let (low, high) = (pieces[0].ends[0].vertex.x, pieces[pieces.len() - 1].ends[1].vertex.x);
         let (field, value, allowed) = if ground.has_walls {
-            ("point", format!("({x:?}, {y:?})"), "a point between the ends of the terrain".into())
+            (
+                name.into(),
+                format!("({x:?}, {y:?})"),
+                "a point between the ends of the terrain".into(),
+            )
         } else {
-            ("point.x", format!("{x:?}"), format!("from {low:?} to {high:?}, over the terrain"))
+            let allowed = format!("from {low:?} to {high:?}, over the terrain");
+            (format!("{name}.x"), format!("{x:?}"), allowed)
         };
         return Err(Error::Unusable { field: format!("{at}{field}"), value, allowed });
     };
+    contact.turn_to(&piece.normal);
+    let away = piece.height(&point).abs();
+    let touches = away <= DISC_POINT * (x.abs() + y.abs() + contact.radius);
+    if contact.is_round() && contact.center.is_none() && !touches {
+        return Err(Error::Unusable {
+            field: format!("{at}point"),
+            value: format!("({x:?}, {y:?})"),
+            allowed: format!(
+                "on its ground, which is {away:?} m away: only a disc with a center need not touch in the nominal posture"
+            ),
+        });
+    }
     let end = |side: usize| {
         if piece.faces_up() {
             (piece.ends[side].vertex.x - x) / piece.tangent.x

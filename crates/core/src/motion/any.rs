@@ -66,10 +66,9 @@ impl Coordinates for AnyContacts {
     }
 
     fn has_left(driver: &mut Driver<'_, Self>) -> bool {
-        let AnyContacts { state, posture, fastest, .. } = &mut driver.body;
+        let (speed, AnyContacts { state, fastest, .. }) = (driver.speed(), &mut driver.body);
         let left = state.center.r.norm() > driver.options.neighbourhood.min(DEPARTED);
         if !left {
-            let speed = state.center.v.norm() + posture.size() * state.spin.omega.abs();
             *fastest = fastest.max(speed);
         }
         left
@@ -250,14 +249,20 @@ impl<'a> Driver<'a, AnyContacts> {
     /// No mode is consistent, with speeds that are what impacts one after the other have left of zero: the body stands. At rest there is a mode.
     /// Returns whether it moved.
     fn stands_at_last(&mut self) -> bool {
+        let speed = self.speed();
         let state = &mut self.body.state;
-        let speed = state.center.v.norm() + self.body.posture.size() * state.spin.omega.abs();
         let moves = speed > 0.0 && speed <= LEFT_OF_ZERO * self.body.fastest;
         if moves {
             state.stand();
             self.record.undecided = None;
         }
         moves
+    }
+
+    /// Bound of the speeds of the points of the body, in m/s.
+    pub(super) fn speed(&self) -> f64 {
+        let BodyState { center, spin, .. } = &self.body.state;
+        center.v.norm() + self.body.posture.size() * spin.omega.abs()
     }
 
     fn note_flight(&mut self) {
@@ -377,12 +382,7 @@ impl<'a> Driver<'a, AnyContacts> {
             self.body.state.points.iter_mut().for_each(|p| (p.h, p.depth) = (f64::INFINITY, 0.0));
         }
         self.note_flight();
-        let mut landings = self.body.state.touchdowns();
-        if !self.body.lines.is_empty() {
-            (0..self.body.contacts)
-                .filter(|&j| self.is_between(j))
-                .for_each(|j| landings[j] = None);
-        }
+        let landings = self.body.state.touchdowns(|j| self.is_between(j));
         let first = landings.iter().flatten().copied().fold(f64::INFINITY, f64::min);
         let crossing = (0..n)
             .filter_map(|i| self.body.state.crossing(i, first).map(|(t, side)| (t, i, side)))

@@ -9,7 +9,9 @@ use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
 use crate::outcome::{Cause, ContactNumber};
 use crate::sustained::{BodyState, ContactState, Rounding};
-use crate::tolerance::{LANDS_TOGETHER, OVER_VERTEX, PLACE, STEEPER_PIECE, TOUCH, WEDGED};
+use crate::tolerance::{
+    BODY_STOPPED, LANDS_TOGETHER, OVER_VERTEX, PLACE, STEEPER_PIECE, TOUCH, WEDGED,
+};
 
 impl Driver<'_, AnyContacts> {
     /// Contact `i` crosses the left (0) or right (1) end of the piece of terrain under it. The next piece is as high there, and
@@ -119,7 +121,11 @@ impl Driver<'_, AnyContacts> {
         if !(rises > 0.0 && near && (slow || self.meets_both(i, side, piece))) {
             return false;
         }
-        if !slow {
+        // A disc that rolls to and fro between the pieces comes to rest: its rolling is not zero by itself.
+        let turns = old.radius > 0.0 && self.speed() <= limit * BODY_STOPPED;
+        if turns {
+            self.body.state.stand();
+        } else if !slow {
             self.stop_in_vertex(i);
         }
         let old = self.body.state.points[i];

@@ -146,14 +146,16 @@ impl BodyState {
         GapArc { h: p.h, u: p.u, g: self.pull(i), b: p.b, c: p.c, omega }
     }
 
-    /// Times to the next touchdowns of the contacts in flight. Those that are certainly later than another one may be left out.
-    pub(crate) fn touchdowns(&self) -> ContactValues<Option<f64>> {
+    /// Times to the next touchdowns of the contacts in flight. Those that are certainly later than another one may be left out, and those that
+    /// land with others (`follows`).
+    pub(crate) fn touchdowns(&self, follows: impl Fn(usize) -> bool) -> ContactValues<Option<f64>> {
         let n = self.points.len();
         let mut found = ContactValues::from_elem(None, n);
         // That of the lowest contact, often the one just hit, bounds the others.
-        let lowest = (0..n).min_by(|&i, &j| self.points[i].h.total_cmp(&self.points[j].h));
+        let own = (0..n).filter(|&i| !follows(i));
+        let lowest = own.clone().min_by(|&i, &j| self.points[i].h.total_cmp(&self.points[j].h));
         let mut first = f64::INFINITY;
-        for i in lowest.into_iter().chain((0..n).filter(|&i| Some(i) != lowest)) {
+        for i in lowest.into_iter().chain(own.filter(|&i| Some(i) != lowest)) {
             if self.turning_side(i).is_some() {
                 found[i] = self.side_touchdown(i, first);
                 first = found[i].map_or(first, |t| first.min(t));
