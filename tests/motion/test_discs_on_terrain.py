@@ -142,7 +142,8 @@ def test_no_disc_falls_through_the_ground():
 def test_a_disc_comes_to_both_pieces_of_a_valley_in_a_series_of_impacts():
     """Its second point is added within a series that began with one: a list of the length before had no place for it, and the core panicked."""
     for x in np.linspace(-0.5, 0.4975, 100):
-        contact = sf.Contact((x + 0.05, abs(x) + 0.3), radius=0.2, friction=1.0)
+        over, up = x + 0.05, 0.2 / math.sqrt(2)
+        contact = sf.Contact(center=(over - math.copysign(up, over), abs(x) + 0.3 + up), radius=0.2, friction=1.0)  # fmt: skip
         valley = [(-20, 20), (0, 0), (20, 20)]
         disc = sf.Posture(1, 0.1, (x, 1.0), [contact], 0.2, terrain=valley)
         run = sf.simulate(disc, (0, 0, 0), (0.3, 0, -0.4), impact="newton", jams="impact", time_limit=3.0)  # fmt: skip

@@ -385,7 +385,12 @@ def test_a_spinning_disc_in_a_groove_is_stopped_by_both_sides():
 def test_what_a_disc_does_not_fit(change, message):
     with pytest.raises(ValueError, match=message):
         sf.Posture(
-            1.0, 0.1, (-1.0, 1.0), [sf.Contact((-1.0, 0.6), radius=0.1)], 0.0, **change
+            1.0,
+            0.1,
+            (-1.0, 1.0),
+            [sf.Contact(center=(-1.0, 0.7), radius=0.1)],
+            0.0,
+            **change,
         )
 
 
@@ -395,6 +400,40 @@ def test_the_ground_of_a_disc_has_no_ends_of_its_own():
         ValueError, match=r"contacts.1.segment = .* contacts.1.radius = 0.1"
     ):
         sf.Posture(1.0, 0.1, (0.0, 0.1), [foot], 0.0)
+
+
+SHAFT = [(-0.4, 5), (-0.4, -1), (1.9, -1), (1.9, 5)]
+
+
+def test_a_disc_that_does_not_touch_needs_its_center():
+    """A ball 2 m above the floor of a shaft, nearest to its left wall: it does not spin after it has met a wall."""
+    radius = 0.25
+    with pytest.raises(ValueError, match=r"contacts.1.point .* which is 0.4 m away"):
+        sf.Posture(1, 0.2, (0, 1), [sf.Contact((0, 0.75), radius=radius)], 0.9, terrain=SHAFT)  # fmt: skip
+    contact = sf.Contact(center=(0, 1), radius=radius)
+    assert contact.point == (0, 0.75)
+    ball = sf.Posture(1, 0.2, (0, 1), [contact], 0.9, gravity=0, terrain=SHAFT)
+    assert ball.contacts[0].point == pytest.approx((-radius, 1))
+    assert ball.gaps((0, 0, 0)) == pytest.approx([0.4 - radius])
+    run = sf.simulate(ball, (0.1, 0.5, 0), (2, 0, 0), time_limit=1.5)
+    assert run.impacts["time"][0] == pytest.approx((1.9 - radius - 0.1) / 2)
+    assert run.qdot == pytest.approx([-1.8, 0, 0])
+    again = pickle.loads(pickle.dumps(ball))
+    assert again == ball
+    assert again.contacts[0].center == (0, 1)
+    assert "center=(0.0, 1.0)" in repr(contact)
+    scene = sf.Scene(ball, q=(0, 0.5, 0), qdot=(0, 0, 0))
+    assert sf.Scene.from_json(scene.to_json()).posture == ball
+
+
+def test_a_center_is_a_radius_away():
+    with pytest.raises(ValueError, match=r"center = \(0.0, 1.0\) .*1.0 m away"):
+        sf.Contact((0, 0), radius=0.5, center=(0, 1))
+    with pytest.raises(ValueError, match=r"center = .*radius = 0.0 m > 0"):
+        sf.Contact((0, 0), center=(0, 0))
+    with pytest.raises(TypeError, match="point"):
+        sf.Contact()
+    assert sf.Contact((0, 0.5), radius=0.5, center=(0, 1)).center == (0, 1)
 
 
 @pytest.mark.parametrize("radius", [-0.1, math.inf, math.nan, 1e76])
@@ -494,17 +533,12 @@ def random_bodies(count, seed):
     bowl = [(-8.0, 4.0), (-2.0, 0.0), (2.0, 0.0), (5.0, 2.0), (5.5, 6.0)]
     for k in range(count):
         n = int(rng.integers(1, 4))
-        contacts = [
-            sf.Contact(
-                (
-                    -0.5 + i / max(n - 1, 1) + rng.uniform(-0.1, 0.1),
-                    0.1 * rng.uniform(),
-                ),
-                friction=float(rng.choice([0.0, 0.2, 0.8])),
-                radius=float(rng.choice([0.0, 0.05, 0.2])),
-            )
-            for i in range(n)
-        ]
+        contacts = []
+        for i in range(n):
+            x, y = -0.5 + i / max(n - 1, 1) + rng.uniform(-0.1, 0.1), 0.1 * rng.uniform()  # fmt: skip
+            friction, radius = float(rng.choice([0.0, 0.2, 0.8])), float(rng.choice([0.0, 0.05, 0.2]))  # fmt: skip
+            place = {"center": (x, y + radius), "radius": radius} if radius else {"point": (x, y)}  # fmt: skip
+            contacts.append(sf.Contact(**place, friction=friction))
         terrain = {"terrain": bowl} if k % 2 else {"ground": "shared"}
         body = sf.Posture(
             1.0,

@@ -70,7 +70,7 @@ IN_TOML = [
     ("mass = 1.0", "mass = 1.0\ncolour = 1", "line 5, column 1, body.colour: unknown field `colour`, expected one of `mass`, `gyration_radius`, `center_of_mass`, `outline`"),
     ("mass = 1.0", "mas = 1.0", "line 4, column 1, body.mas: unknown field `mas`, expected one of `mass`, `gyration_radius`, `center_of_mass`, `outline`; did you mean `mass`?"),
     (BOTH, BOTH.replace("[[contact]]", "[[contacts]]"), "line 7, column 3, contacts: unknown field `contacts`, expected one of `gravity`, `restitution`, `terrain`, `ground`, `body`, `contact`, `start`, `run`, `kick`, `ground_motion`; did you mean `[[contact]]`?"),
-    ("slope = 0.0", "slop = 0.0", "line 11, column 1, contact.2.slop: unknown field `slop`, expected one of `point`, `slope`, `friction`, `restitution`, `tangential_restitution`, `radius`, `segment`; did you mean `slope`?"),
+    ("slope = 0.0", "slop = 0.0", "line 11, column 1, contact.2.slop: unknown field `slop`, expected one of `point`, `slope`, `friction`, `restitution`, `tangential_restitution`, `radius`, `center`, `segment`; did you mean `slope`?"),
     ("slope = 0.0", "slope = 30.0", "line 11, column 9: contact.2.slope = 30.0 cannot be used: -pi < slope <= pi, in rad; did you mean math.radians(30) = 0.5235987755982988?"),
     ("mass = 1.0", "mass = 1.0\nmass = 1.0", "line 5, column 1: duplicate key `mass`"),
     (TOML, "", "is empty"),

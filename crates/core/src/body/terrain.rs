@@ -757,7 +757,8 @@ pub(crate) fn shared(fields: &PostureFields) -> Result<Vec<Ground>, Error> {
             lowest = contact;
         }
     }
-    let under = |contact: &Contact| of_line(&Contact { radius: contact.radius, ..*lowest });
+    let under =
+        |contact: &Contact| of_line(&Contact { radius: contact.radius, center: None, ..*lowest });
     Ok(match fields.contacts.iter().any(Contact::is_round) {
         true => fields.contacts.iter().map(under).collect(),
         false => vec![of_line(lowest)],
