@@ -1,6 +1,7 @@
 """Tables on legs that slide over an edge, and shapes that fall into a shaft: no run stays at one instant.
 
-A run that changes its modes for ever at one instant would end at a limit of events or steps.
+A run that changes its modes for ever at one instant would end at a limit of events or steps. A rare run ends there for another reason: without
+friction and restitution, wedged in a shaft, with impacts that become neither slower nor faster.
 """
 
 import math
@@ -76,17 +77,25 @@ def assert_goes_on(scene, seed):
         restitution = float(rng.choice([0, 0, 0.2, 0.5, 0.8]))
         try:
             body = sf.Posture.polygon(pairs(corners), friction=friction, restitution=restitution, terrain=pairs(terrain))  # fmt: skip
-            run = sf.simulate(body, q, v, model="full", impact=law, time_limit=4.0)
+            run = sf.simulate(
+                body,
+                q,
+                v,
+                model="full",
+                impact=law,
+                time_limit=4.0,
+                event_limit=300_000,
+            )
         except ValueError:  # it starts in the ground
             outcomes["refused"] += 1
             continue
         at = [*run.impacts["elapsed"], *(phase.start for phase in run.phases)]
         most = Counter(at).most_common(1)
         case = f"{k}: {run}, {law}, {run.warnings}"
-        assert run.outcome != "event-limit", case
         assert not most or most[0][1] < MOST_AT_ONCE, case
         outcomes[run.outcome] += 1
     print(seed, dict(outcomes))
+    assert outcomes["event-limit"] <= 0.001 * SCENES
     assert outcomes["refused"] <= 0.1 * SCENES
     assert outcomes["rest"] + outcomes["time-limit"] > 0.8 * SCENES
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import standfast as sf
 from scipy.integrate import solve_ivp
+from scipy.optimize import linprog
 
 #: Two pins, 1 m high, that lean outwards, with their tips at (±0.25, 0).
 PINS = [(-9.0, -1.0), (-0.2, -1.0), (-0.25, 0.0), (-0.15, -1.0), (0.15, -1.0), (0.25, 0.0), (0.2, -1.0), (9.0, -1.0)]  # fmt: skip
@@ -265,3 +266,42 @@ def test_a_side_has_the_coefficients_of_the_contacts_at_its_ends(x):
     )
     [side] = box.side_contacts
     assert (side.friction, side.restitution) == (0.5, 0.2)
+
+
+def decelerations(posture, run, t):
+    """Smallest and largest deceleration that the forces on the feet that slide on level ground may cause; m/s²."""
+    mode = next(p.mode for p in run.phases if p.start <= t <= p.end)
+    feet = [i for i, letter in enumerate(mode) if letter in "RL"]
+    q, _ = run.at(t)
+    x, y = (run.points_at(t)[feet] - np.array(posture.center_of_mass) - q[:2]).T
+    mu = np.array([run.contacts[i].friction for i in feet])
+    way = np.array([1 if mode[i] == "R" else -1 for i in feet])
+    moments = [np.ones(len(feet)), x + y * mu * way]
+    found = [
+        linprog(sign * mu, A_eq=moments, b_eq=[posture.gravity, 0]) for sign in (1, -1)
+    ]
+    return [abs(one.fun) for one in found if one.success]
+
+
+def test_the_share_of_feet_that_slide_with_unequal_friction_is_ambiguous():
+    """A U on a table edge: with three feet on the table the load of each, and with it the deceleration, is not determined."""
+    corners = [(0.05, 0.38), (-0.39, 0.38), (-0.39, 0.01), (-0.3, 0.01), (-0.05, 0.01), (0.05, 0.01)]  # fmt: skip
+    outline = [*corners[:4], (-0.3, 0.29), (-0.05, 0.29), *corners[4:]]
+    edge = [(-40, 0), (0, 0), (-0.28, -2), (40, -2)]
+    rng, ambiguous = np.random.default_rng(17), 0
+    for _ in range(40):
+        friction = rng.uniform(0.15, 0.45, 6)
+        feet = [sf.Contact(p, friction=f) for p, f in zip(corners, friction, strict=True)]  # fmt: skip
+        body = sf.Posture(0.38, 0.19, (-0.17, 0.23), feet, 0.0, terrain=edge, outline=outline)  # fmt: skip
+        law = str(rng.choice(["poisson", "moreau"]))
+        run = sf.simulate(body, (0, 0, 0), (rng.uniform(0.2, 1), -0.04, rng.uniform(-1, 1)), model="full", impact=law, time_limit=0.3)  # fmt: skip
+        for phase in run.phases:
+            if sum(letter in "RL" for letter in phase.mode) < 3 or phase.end == phase.start:  # fmt: skip
+                continue
+            t = (phase.start + min(phase.end, run.time)) / 2
+            least, most = decelerations(body, run, t)
+            assert most - least < 1e-6, (phase, run)
+        if run.outcome == "ambiguous":
+            assert any("several contact modes" in text for text in run.warnings)
+            ambiguous += 1
+    assert ambiguous > 10

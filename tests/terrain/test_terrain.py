@@ -1050,3 +1050,18 @@ def test_a_small_bend_is_no_straight_line():
             1.0, 0.3, (0.5, 0.5), [sf.Contact((0.5, 0.5))], 0, terrain=terrain
         )
         assert (body.contacts[0].slope != 0.0) == (height > 0.0)
+
+
+@pytest.mark.parametrize("far", [0.0, 1e2, 1e4, 1e5, 1e6])
+def test_feet_on_a_slope_far_from_the_origin_touch_it(far):
+    """Their places have rounding errors of some ε times this distance."""
+    rng = np.random.default_rng(3)
+    for _ in range(20):
+        slope, half = np.tan(rng.uniform(-0.5, 0.5)), rng.uniform(0.3, 1)
+        feet = [sf.Contact((x, x * slope), friction=0.8) for x in (far - half, far + half)]  # fmt: skip
+        ground = [(x, x * slope) for x in (far - 9, far + 9)]
+        body = sf.Posture(1, 0.4, (far, far * slope + 0.5), feet, 0.2, terrain=ground)
+        assert body.gaps((0, 0, 0)).tolist() == [0, 0]
+        run = sf.simulate(body, (0, 0, 0), (0, 0, 0))
+        assert (run.outcome, run.time, len(run.impacts)) == ("rest", 0, 0)
+        assert sf.contact_modes(body)["FF"].consistent

@@ -136,6 +136,12 @@ impl Posture {
         FINAL_GAP_ROUNDINGS * f64::EPSILON * terms
     }
 
+    /// Gap of contact `i` within which it touches its ground in the nominal posture, in m: far from the origin the rounding error of its place.
+    pub(crate) fn touch(&self, i: usize) -> f64 {
+        let [x, y] = self.contacts()[i].point;
+        (TOUCH * self.size()).max(FINAL_GAP_ROUNDINGS * f64::EPSILON * (x.abs() + y.abs()))
+    }
+
     /// A gap of contact `i` at `q` whose sign shows whether the contact is in its ground. `gap`: the gap over the piece under the contact.
     /// This gap alone does not show it: near a vertex a point may be nearer to the line of that piece than to the ground, and the gap over
     /// a long piece has the rounding errors of distant coordinates.
@@ -143,7 +149,7 @@ impl Posture {
         let Some(ground) = self.ground(i).filter(|ground| ground.is_polyline) else { return gap };
         let at = self.position(i, q, frozen);
         let depth = ground.depth(&at).max(ground.reach(&at));
-        let touch = TOUCH * self.size();
+        let touch = self.touch(i);
         if gap < -touch || depth > touch.max(self.place_rounding(i, q, frozen)) {
             -depth
         } else {
@@ -205,7 +211,7 @@ impl Posture {
             b,
             c,
             // Zero if it touches within its rounding error.
-            offset: if offset.abs() <= TOUCH * self.size() { 0.0 } else { offset },
+            offset: if offset.abs() <= self.touch(i) { 0.0 } else { offset },
             gravity: self.fields().gravity * piece.normal.y,
             ..self.geometry()[i]
         }

@@ -289,7 +289,7 @@ impl Posture {
             let geometry = posture.under(i, &Vector3::zeros(), false).geometry;
             Arc::make_mut(&mut posture.0).geometry[i] = geometry;
             let gap = posture.signed_gap(i, &Vector3::zeros(), false, geometry.offset);
-            if gap < -TOUCH * posture.size() {
+            if gap < -posture.touch(i) {
                 return Err(Error::Unusable {
                     field: format!("contacts.{}.point", i + 1),
                     value: format!("{:?}", posture.contacts()[i].point),
