@@ -114,3 +114,39 @@ def test_energy_never_rises(law, ground):
         assert risen <= ROUNDING, f"seed {seed}: {posture!r}, {q}, {qdot}, {options}"
     print(f"{law}, {ground}: largest rise {worst[0]:.1e}, {outcomes}")
     assert sum(outcomes.values()) > RUNS / 5
+
+
+def test_a_run_warns_if_an_impact_raises_the_energy():
+    """Boxes under the default law: it may where restitution is near 1 and there is no tangential restitution."""
+    warned, quiet = 0, 0
+    for k in range(120):
+        rng = np.random.default_rng([5, k])
+        e, mu = float(rng.choice([0.3, 0.8, 0.9, 0.95])), float(rng.choice([0.2, 0.5, 1.0]))  # fmt: skip
+        q, v = (0, rng.uniform(1.2, 2), rng.uniform(-1, 1)), rng.uniform(-1, 1, 3) * (3, 0, 5)  # fmt: skip
+        width = rng.uniform(0.3, 2)
+        box = sf.Posture.box(width, 1, friction=mu, restitution=e)
+        run = sf.simulate(box, q, v, time_limit=3.0)
+        times = np.unique(run.impacts["time"])
+        times = times[times < run.time]
+        before, after = (np.array([run.energy(t) for t in at]) for at in (np.nextafter(times, 0), times))  # fmt: skip
+        gain = (after - before).max(initial=0) / run.energy(0.0)
+        told = any(text.startswith("energy-gain") for text in run.warnings)
+        if gain > 1e-8:
+            assert told, (k, gain)
+        assert gain > 1e-12 or not told, (k, gain)
+        warned, quiet = warned + told, quiet + (not told)
+        if e < 0.8:
+            assert not told
+    assert warned > 20
+    assert quiet > 20
+
+
+def test_equal_restitutions_raise_no_energy():
+    for k in range(40):
+        rng = np.random.default_rng([6, k])
+        e = float(rng.choice([0.8, 0.9, 0.95]))
+        feet = [sf.Contact((x, 0), friction=0.5, tangential_restitution=e) for x in (-0.7, 0.7)]  # fmt: skip
+        body = sf.Posture(1, 0.6, (0, 0.6), feet, e, ground="shared")
+        run = sf.simulate(body, (0, 1.2, rng.uniform(-0.5, 0.5)), rng.uniform(-1, 1, 3) * (3, 0, 5), time_limit=2.0)  # fmt: skip
+        assert run.impact == "moreau"
+        assert not any(text.startswith("energy-gain") for text in run.warnings)

@@ -329,6 +329,12 @@ pub(crate) const SAME_VERTEX: f64 = 8.0 * f64::EPSILON;
 /// with few digits. Range: 1e-12 to 1e-6.
 pub(crate) const DISC_POINT: f64 = 1e-9;
 
+/// Rise of √(2T), with the kinetic energy T, in an impact that is more than its rounding error. Unit: √(2T) before. Range: 1e-12 to 1e-6.
+pub(crate) const ENERGY_GAIN: f64 = 1e-9;
+
+/// The same for slow motions after faster ones. Unit: ε times the largest speed so far. Range: 16 to 1e4.
+pub(crate) const GAIN_ROUNDINGS: f64 = 1e3;
+
 /// Distance from a straight line through two contacts up to which another contact is on it. Unit: size of the body. Range: 2 ε to 32 ε.
 pub(crate) const ON_A_LINE: f64 = 8.0 * f64::EPSILON;
 

@@ -11,10 +11,26 @@
 //! So v_n(p) has at most two straight pieces, of which the second one rises. It has one zero p_c, the end of compression.
 
 use crate::options::Impact;
-use crate::tolerance::{JAMMED_SLIDE, STILL};
+use crate::tolerance::{ENERGY_GAIN, GAIN_ROUNDINGS, JAMMED_SLIDE, STILL};
 
 /// The warning of a run with [`Impact::Newton`] in which a contact with friction is hit.
 pub(crate) const NO_FRICTION: &str = "friction acts between impacts only: a contact with friction was hit, and impact = \"newton\" has no friction in impacts; the default \"auto\", \"poisson\", \"stronge\", \"chatterjee-ruina\" and \"moreau\" have it";
+
+/// The warning of a run in which an impact raised the kinetic energy.
+const GAINS: &str = "energy-gain: an impact raised the kinetic energy; Moreau's law may where restitution and tangential_restitution differ, and Newton's where contacts have different restitution; \"poisson\" and \"stronge\" do not";
+
+/// Adds this warning, once.
+pub(crate) fn warn_of_gain(warnings: &mut Vec<String>) {
+    if !warnings.iter().any(|warning| warning == GAINS) {
+        warnings.push(GAINS.into());
+    }
+}
+
+/// Whether an impact raised the kinetic energy, by more than its rounding error. `speeds`: √(2T) before and after; `fastest`: the largest speed so
+/// far, whose rounding error is in both; in m/s.
+pub(crate) fn gains([before, after]: [f64; 2], fastest: f64) -> bool {
+    after - before > ENERGY_GAIN * before + GAIN_ROUNDINGS * f64::EPSILON * fastest
+}
 
 /// Impact matrix of a contact, per unit mass.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -4,7 +4,9 @@ use nalgebra::Vector3;
 
 use crate::body::contact::ContactValues;
 use crate::collisions::log::names;
-use crate::impact::friction::{self, Material, NO_FRICTION, plastic_jam, slides_in_impact};
+use crate::impact::friction::{
+    self, Material, NO_FRICTION, gains, plastic_jam, slides_in_impact, warn_of_gain,
+};
 use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, all_closed, together};
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
@@ -77,8 +79,9 @@ impl Driver<'_, AnyContacts> {
             // On long arms the terms of the impulse cancel: the remaining error of u⁺ + e u⁻ is subtracted.
             p_n -= ((1.0 + restitution) * rate + w.nt * p_t + w.nn * p_n) / w.nn;
         }
-        let impulse = [p_t, p_n];
+        let (impulse, speed) = ([p_t, p_n], self.body.state.total_speed());
         self.apply_impulse(i, impulse);
+        self.watch_energy(speed);
         let p = &mut self.body.state.points[i];
         if newton {
             p.u = -restitution * rate; // exact by the law, without rounding error
@@ -126,6 +129,13 @@ impl Driver<'_, AnyContacts> {
     fn warn_once(&mut self, warning: String) {
         if !self.record.warnings.contains(&warning) {
             self.record.warnings.push(warning);
+        }
+    }
+
+    /// Warns if the kinetic energy has risen in an impact. `before`: √(2T) for unit mass before it.
+    fn watch_energy(&mut self, before: f64) {
+        if gains([before, self.body.state.total_speed()], self.body.fastest) {
+            warn_of_gain(&mut self.record.warnings);
         }
     }
 
@@ -259,11 +269,13 @@ impl Driver<'_, AnyContacts> {
         let listed = self.rates();
         let points = &self.body.state.points;
         let roundings: ContactValues<f64> = hit.iter().map(|&i| points[i].rounding.rate).collect();
+        let speed = self.body.state.total_speed();
         for (&i, &impulse) in hit.iter().zip(&impulses) {
             if impulse != [0.0; 2] {
                 self.apply_impulse(i, impulse);
             }
         }
+        self.watch_energy(speed);
         for (k, &i) in hit.iter().enumerate() {
             let Party { before: [_, rate], material } = parties[k];
             if is_hit[k] {

@@ -5,7 +5,9 @@ use crate::body::ContactSpace;
 use crate::body::contact::{ContactLetters, ContactValues};
 use crate::body::terrain::Place;
 use crate::collisions::log::names;
-use crate::impact::friction::{self, Material, NO_FRICTION, plastic_jam, slides_in_impact};
+use crate::impact::friction::{
+    self, Material, NO_FRICTION, gains, plastic_jam, slides_in_impact, warn_of_gain,
+};
 use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, all_closed, together};
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::math::simplex::maximise;
@@ -85,8 +87,9 @@ impl Driver<'_, Jointed> {
             // The remaining error of u⁺ + e u⁻ is subtracted.
             p_n -= ((1.0 + restitution) * rate + w.nt * p_t + w.nn * p_n) / w.nn;
         }
-        let before = self.rates();
+        let (before, speed) = (self.rates(), self.body.state.v.norm());
         self.apply_impulse(i, [p_t, p_n]);
+        self.watch_energy(speed);
         let p = &mut self.body.state.points[i];
         if newton {
             p.u = -restitution * rate; // exact by the law, without rounding error
@@ -122,6 +125,13 @@ impl Driver<'_, Jointed> {
     fn warn_once(&mut self, warning: String) {
         if !self.record.warnings.contains(&warning) {
             self.record.warnings.push(warning);
+        }
+    }
+
+    /// Warns if the kinetic energy has risen in an impact. `before`: √(q̇ᵀM q̇) before it.
+    fn watch_energy(&mut self, before: f64) {
+        if gains([before, self.body.state.v.norm()], self.body.fastest) {
+            warn_of_gain(&mut self.record.warnings);
         }
     }
 
@@ -178,12 +188,13 @@ impl Driver<'_, Jointed> {
         if several {
             self.warn_once(SEVERAL.into());
         }
-        let listed = self.rates();
+        let (listed, speed) = (self.rates(), self.body.state.v.norm());
         for (&i, &impulse) in hit.iter().zip(&impulses) {
             if impulse != [0.0; 2] {
                 self.apply_impulse(i, impulse);
             }
         }
+        self.watch_energy(speed);
         for (k, &i) in hit.iter().enumerate() {
             let Party { before: [_, rate], material } = parties[k];
             if is_hit[k] {

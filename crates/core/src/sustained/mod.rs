@@ -138,6 +138,11 @@ impl BodyState {
         p.tangent.dot(&self.center.v) - p.c * self.spin.omega
     }
 
+    /// √(2T) for unit mass, in m/s.
+    pub(crate) fn total_speed(&self) -> f64 {
+        (2.0 * self.kinetic()).sqrt()
+    }
+
     /// Kinetic energy per unit mass.
     fn kinetic(&self) -> f64 {
         0.5 * (self.center.v.norm_squared() + self.rho2 * self.spin.omega * self.spin.omega)
