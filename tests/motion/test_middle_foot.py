@@ -14,6 +14,8 @@ from mpmath import mp, mpf
 SCENES = int(os.environ.get("STANDFAST_MIDDLE_FEET", "60"))
 #: Digits of the oracle: gaps shrink to 1e-160 m while rates shrink to 1e-40 m/s.
 DIGITS = 250
+#: Change of the height at the start, in m, that is rounding error: what it changes is not known.
+SHIFT = 1e-15
 #: Rate in m/s at which the oracle stops. The time left is then about this rate divided by g.
 SLOWEST = mpf(10) ** -30
 
@@ -81,19 +83,22 @@ def test_middle_feet_do_not_change_the_first_accumulation():
         others = {"own": {}, "shared": {"ground": "shared"}, "terrain": {"terrain": [(-50, 0), (50, 0)]}}  # fmt: skip
         q = (0, rng.uniform(0.05, 0.3), rng.uniform(-0.15, 0.15))
         v = (0, rng.uniform(-0.2, 0.2), rng.uniform(-0.4, 0.4))
+        shift = (0, q[1] + SHIFT, q[2])
+        runs = ([left, right], q), ([left, right], shift), ([left, *middle, right], q)
         ends = []
         try:
-            for feet in ([left, right], [left, *middle, right]):
+            for feet, at in runs:
                 contacts = [sf.Contact((x, 0)) for x in feet]
                 body = sf.Posture(1, rho, center, contacts, e, **others[str(ground)])
-                run = sf.simulate(body, q, v, model="full", time_limit=8.0)
+                run = sf.simulate(body, at, v, model="full", time_limit=8.0)
                 outer = {1: "left", len(feet): "right"}
                 first = run.zeno_points[0]
                 ends.append((first.time, [outer[c] for c in first.contacts if c in outer]))  # fmt: skip
         except ValueError:
             continue  # it starts in the ground
-        (time, contacts), (with_middle, others) = ends
-        assert with_middle == pytest.approx(time, rel=1e-11), (k, ends)
-        assert others == contacts, (k, ends)
+        (time, contacts), (shifted, _), (with_middle, closed) = ends
+        known = 1e-13 + abs(shifted - time)
+        assert with_middle == pytest.approx(time, abs=known), (k, ends)
+        assert closed == contacts, (k, ends)
         same += 1
     assert same > 0.8 * SCENES

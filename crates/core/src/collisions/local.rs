@@ -154,7 +154,7 @@ impl LocalLoopState {
         let plain = (u_b < 0.0)
             & (0.0 <= gain)
             & (u_a * LANDING_ORDER_CLOSE < climb)
-            & ((hi - constants.end) + lo <= 0.0);
+            & (lo <= constants.end - hi);
 
         let [hit, other] = newton::rates_after(of_b.e, of_b.kappa, s, w);
         let d = u_a - of_b.kappa * s;
