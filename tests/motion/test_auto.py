@@ -10,7 +10,7 @@ from bodies import draw_contacts, size
 
 G = 9.81
 #: Number of random scenes; `make long` has more.
-SCENES = int(os.environ.get("STANDFAST_AUTO_SCENES", "200"))
+SCENES = int(os.environ.get("STANDFAST_AUTO_SCENES", "100"))
 
 
 def scene(rng):

@@ -137,7 +137,7 @@ def test_a_sum_of_bounces_does_not_end_after_a_kick():
     would begin after the end of the run, and pictures and tables of it fail."""
     rng = np.random.default_rng(4)
     kicked = 0
-    for _ in range(200):
+    for _ in range(60):
         ball = sf.Posture(
             1, 0.3, (0, 0), [sf.Contact((0, 0))], rng.choice([0, 0.3, 0.5])
         )
@@ -152,6 +152,6 @@ def test_a_sum_of_bounces_does_not_end_after_a_kick():
             assert max(*events, *run.impacts["time"]) <= run.time
             run.at(events)
             kicked += run.qdot[0] != 0.3
-    assert kicked > 300
+    assert kicked > 90
     run.to_xarray()
     run.plot()
