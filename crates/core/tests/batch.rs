@@ -97,10 +97,10 @@ fn scenes_with_discs(count: usize) -> (Vec<Posture>, Vec<State>) {
     let mut w = Weyl(0.7);
     (0..count)
         .map(|k| {
-            let disc = |w: &mut Weyl, x: f64| Contact {
-                friction: if k % 2 == 0 { 0.0 } else { 0.4 },
-                radius: w.between(0.05, 0.3),
-                ..Contact::at(x, if k % 3 == 0 { 3.0 } else { 0.0 })
+            let disc = |w: &mut Weyl, x: f64| {
+                let (y, radius) = (if k % 3 == 0 { 3.0 } else { 0.0 }, w.between(0.05, 0.3));
+                let friction = if k % 2 == 0 { 0.0 } else { 0.4 };
+                Contact { friction, ..Contact::around([x, y + radius], radius) }
             };
             let contacts = match k % 4 {
                 0 => vec![disc(&mut w, 0.0)],
