@@ -424,6 +424,19 @@ def test_a_disc_that_does_not_touch_needs_its_center():
     assert "center=(0.0, 1.0)" in repr(contact)
     scene = sf.Scene(ball, q=(0, 0.5, 0), qdot=(0, 0, 0))
     assert sf.Scene.from_json(scene.to_json()).posture == ball
+    wrong = scene.to_json().replace(f'"radius": {radius}', '"radius": 0.5')
+    with pytest.raises(ValueError, match=r"center = .* 0.25 m away"):
+        sf.Scene.from_json(wrong)
+    on_a_line = sf.Posture(1, 0.2, (0, 1), [contact], 0.9)
+    radii = sf.sweep(on_a_line, {"contacts.1.radius": [0.25, 0.35]}, "stability")
+    assert radii.sizes == {"contacts.1.radius": 2}  # about the same centre
+
+
+def test_a_disc_on_a_terrain_is_swept():
+    disc = sf.Posture.disc(0.3, terrain=[(-5, 0), (5, 0)])
+    alone = sf.stability(disc).frictional_stability
+    for path, values in {"mass": [1, 2], "contacts.1.friction": [0.2, 0.3]}.items():
+        assert set(sf.sweep(disc, {path: values}, "stability")["stability"].values) == {alone}  # fmt: skip
 
 
 def test_a_center_is_a_radius_away():

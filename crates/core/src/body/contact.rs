@@ -155,10 +155,12 @@ impl Contact {
         contact
     }
 
-    /// The same contact as a disc of this radius, in m, that touches at the same point.
+    /// The same contact as a disc of this radius, in m: about the same centre if it is given, otherwise touching at the same point.
     #[must_use]
     pub fn with_radius(self, radius: f64) -> Self {
-        Self { radius, ..self }
+        let mut contact = Self { radius, ..self };
+        contact.turn_to(&contact.normal());
+        contact
     }
 
     /// Whether the contact is a disc, not a point.

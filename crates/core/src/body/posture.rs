@@ -207,6 +207,13 @@ impl Posture {
                 allowed: format!("1 to {MAX_CONTACTS} contacts"),
             });
         }
+        // Before the point of a disc whose centre is given follows from its ground.
+        for (index, contact) in fields.contacts.iter_mut().enumerate() {
+            if contact.center.is_some() {
+                contact.validate(&format!("contacts.{}.", index + 1))?;
+                contact.turn_to(&contact.normal());
+            }
+        }
         let mut grounds = Vec::new();
         let has_rounds = fields.contacts.iter().any(Contact::is_round);
         if has_rounds {
@@ -222,9 +229,6 @@ impl Posture {
             } else {
                 grounds.push(ground);
             }
-        }
-        if fields.terrain.is_empty() {
-            fields.contacts.iter_mut().for_each(|contact| contact.turn_to(&contact.normal()));
         }
         if fields.ground == GroundKind::Shared {
             grounds = terrain::shared(&fields)?;

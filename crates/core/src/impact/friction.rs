@@ -19,17 +19,13 @@ pub(crate) const NO_FRICTION: &str = "friction acts between impacts only: a cont
 /// The warning of a run in which an impact raised the kinetic energy.
 const GAINS: &str = "energy-gain: an impact raised the kinetic energy; Moreau's law may where restitution and tangential_restitution differ, and Newton's where contacts have different restitution; \"poisson\" and \"stronge\" do not";
 
-/// Adds this warning, once.
-pub(crate) fn warn_of_gain(warnings: &mut Vec<String>) {
-    if !warnings.iter().any(|warning| warning == GAINS) {
+/// Warns, once, if an impact raised the kinetic energy T by more than its rounding error: √(2T) `before` and `after` it, for unit mass, and the
+/// largest speed so far, whose rounding error is in both; in m/s.
+pub(crate) fn watch_energy(warnings: &mut Vec<String>, [before, after]: [f64; 2], fastest: f64) {
+    let gains = after - before > ENERGY_GAIN * before + GAIN_ROUNDINGS * f64::EPSILON * fastest;
+    if gains && !warnings.iter().any(|warning| warning == GAINS) {
         warnings.push(GAINS.into());
     }
-}
-
-/// Whether an impact raised the kinetic energy, by more than its rounding error. `speeds`: √(2T) before and after; `fastest`: the largest speed so
-/// far, whose rounding error is in both; in m/s.
-pub(crate) fn gains([before, after]: [f64; 2], fastest: f64) -> bool {
-    after - before > ENERGY_GAIN * before + GAIN_ROUNDINGS * f64::EPSILON * fastest
 }
 
 /// Impact matrix of a contact, per unit mass.

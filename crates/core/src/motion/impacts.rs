@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use crate::body::contact::ContactValues;
 use crate::collisions::log::names;
 use crate::impact::friction::{
-    self, Material, NO_FRICTION, gains, plastic_jam, slides_in_impact, warn_of_gain,
+    self, Material, NO_FRICTION, plastic_jam, slides_in_impact, watch_energy,
 };
 use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, all_closed, together};
 use crate::motion::any::AnyContacts;
@@ -81,7 +81,8 @@ impl Driver<'_, AnyContacts> {
         }
         let (impulse, speed) = ([p_t, p_n], self.body.state.total_speed());
         self.apply_impulse(i, impulse);
-        self.watch_energy(speed);
+        let speeds = [speed, self.body.state.total_speed()];
+        watch_energy(&mut self.record.warnings, speeds, self.body.fastest);
         let p = &mut self.body.state.points[i];
         if newton {
             p.u = -restitution * rate; // exact by the law, without rounding error
@@ -129,13 +130,6 @@ impl Driver<'_, AnyContacts> {
     fn warn_once(&mut self, warning: String) {
         if !self.record.warnings.contains(&warning) {
             self.record.warnings.push(warning);
-        }
-    }
-
-    /// Warns if the kinetic energy has risen in an impact. `before`: √(2T) for unit mass before it.
-    fn watch_energy(&mut self, before: f64) {
-        if gains([before, self.body.state.total_speed()], self.body.fastest) {
-            warn_of_gain(&mut self.record.warnings);
         }
     }
 
@@ -275,7 +269,8 @@ impl Driver<'_, AnyContacts> {
                 self.apply_impulse(i, impulse);
             }
         }
-        self.watch_energy(speed);
+        let speeds = [speed, self.body.state.total_speed()];
+        watch_energy(&mut self.record.warnings, speeds, self.body.fastest);
         for (k, &i) in hit.iter().enumerate() {
             let Party { before: [_, rate], material } = parties[k];
             if is_hit[k] {

@@ -6,7 +6,7 @@ use crate::body::contact::{ContactLetters, ContactValues};
 use crate::body::terrain::Place;
 use crate::collisions::log::names;
 use crate::impact::friction::{
-    self, Material, NO_FRICTION, gains, plastic_jam, slides_in_impact, warn_of_gain,
+    self, Material, NO_FRICTION, plastic_jam, slides_in_impact, watch_energy,
 };
 use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, all_closed, together};
 use crate::math::mass_vector::{Coordinates, MassVector};
@@ -89,7 +89,8 @@ impl Driver<'_, Jointed> {
         }
         let (before, speed) = (self.rates(), self.body.state.v.norm());
         self.apply_impulse(i, [p_t, p_n]);
-        self.watch_energy(speed);
+        let speeds = [speed, self.body.state.v.norm()];
+        watch_energy(&mut self.record.warnings, speeds, self.body.fastest);
         let p = &mut self.body.state.points[i];
         if newton {
             p.u = -restitution * rate; // exact by the law, without rounding error
@@ -125,13 +126,6 @@ impl Driver<'_, Jointed> {
     fn warn_once(&mut self, warning: String) {
         if !self.record.warnings.contains(&warning) {
             self.record.warnings.push(warning);
-        }
-    }
-
-    /// Warns if the kinetic energy has risen in an impact. `before`: √(q̇ᵀM q̇) before it.
-    fn watch_energy(&mut self, before: f64) {
-        if gains([before, self.body.state.v.norm()], self.body.fastest) {
-            warn_of_gain(&mut self.record.warnings);
         }
     }
 
@@ -194,7 +188,8 @@ impl Driver<'_, Jointed> {
                 self.apply_impulse(i, impulse);
             }
         }
-        self.watch_energy(speed);
+        let speeds = [speed, self.body.state.v.norm()];
+        watch_energy(&mut self.record.warnings, speeds, self.body.fastest);
         for (k, &i) in hit.iter().enumerate() {
             let Party { before: [_, rate], material } = parties[k];
             if is_hit[k] {

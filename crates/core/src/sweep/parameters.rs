@@ -158,7 +158,10 @@ impl Subject {
     ) -> Result<(), Error> {
         let mut probe = self.clone();
         if let Self::Body(fields) = &mut probe {
-            fields.terrain = Vec::new();
+            if !fields.terrain.is_empty() {
+                off_the_terrain(fields);
+                fields.terrain = Vec::new();
+            }
             fields.ground = GroundKind::Own;
         }
         for value in values {
@@ -255,7 +258,7 @@ impl Field {
                     OfContact::Friction => contact.friction = value,
                     OfContact::Restitution => contact.restitution = Some(value),
                     OfContact::TangentialRestitution => contact.tangential_restitution = value,
-                    OfContact::Radius => contact.radius = value,
+                    OfContact::Radius => *contact = contact.with_radius(value),
                 }
             }
             Self::BaseAngle | Self::Armature | Self::Joint(..) | Self::Foot(..) => {
