@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 PROFILE := --profile dist
 
-.PHONY: demo check test rust python long bits bench caps explorer site links gallery instructions maps robot sweeps chart growth atlas accuracy calls footprint fuzz mutate crate audit dist pythons version wheel clean
+.PHONY: demo check test rust python long bits bench caps explorer site links gallery maps robot sweeps chart growth atlas accuracy calls footprint fuzz mutate crate audit dist pythons version wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -79,8 +79,8 @@ long: wheel
 	STANDFAST_STANCES=3000 STANDFAST_STABILITY_POSTURES=500 STANDFAST_KICKED_POSTURES=500 $(LONG) tests/stability/test_stability.py
 	STANDFAST_CONVEX_BODIES=2000 STANDFAST_VERTICES=1000 STANDFAST_VERTICES_STEPPED=50 $(LONG) \
 		tests/terrain/test_convex_vertices.py tests/terrain/test_vertices.py
-	STANDFAST_AUTO_SCENES=5000 STANDFAST_FRICTION_SCENES=500 STANDFAST_JAM_BOXES=5000 $(LONG) \
-		tests/motion/test_auto.py tests/motion/test_friction.py tests/motion/test_jam.py
+	STANDFAST_FRICTION_SCENES=500 STANDFAST_JAM_BOXES=5000 $(LONG) \
+		tests/motion/test_friction.py tests/motion/test_jam.py
 	STANDFAST_MODES_CASES=2000 STANDFAST_OWN_GROUND=3400 $(LONG) tests/modes/test_modes_brute.py tests/terrain/test_own_ground.py
 	STANDFAST_WALL_SCENES=20000 STANDFAST_THROWS=5000 STANDFAST_EDGE_RUNS=3000 STANDFAST_STAIRS=3000 $(LONG) \
 		tests/terrain/test_walls.py tests/terrain/test_shapes.py tests/terrain/test_edges.py
@@ -181,10 +181,6 @@ robot: wheel
 sweeps: EXTRA := test
 sweeps: wheel
 	$(BIN)/python benches/sweeps.py
-
-# What model="auto" costs beside model="full", in instructions on random scenes. Needs valgrind.
-instructions:
-	cargo run --profile bench -p standfast-benches --bin instructions
 
 # Fuzz targets, each for a quarter of an hour or ten million inputs. Needs nightly Rust and cargo-fuzz.
 fuzz:

@@ -229,9 +229,6 @@ impl Bytes<'_> {
             options.neighbourhood = self.number();
         }
         if self.rarely() {
-            options.tolerance = self.number();
-        }
-        if self.rarely() {
             options.event_limit = self.below(20);
         }
         options.record = self.byte() < 192;
@@ -328,7 +325,7 @@ fn holds_together(run: &Trajectory, start: &State, options: &Options) {
     else {
         return;
     };
-    if options.impact == Impact::Moreau {
+    if run.options().impact == Impact::Moreau {
         return; // Newton's restitution beside friction can add energy [Kane 1984].
     }
     // Of a linear model places follow from gaps as long as that, nearly parallel; in such a time rounding alone leads far.

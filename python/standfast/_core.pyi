@@ -1152,7 +1152,6 @@ def robustness(
     neighbourhood: float = ...,
     edges: _Edges = "contact",
     jams: _Jams = "none",
-    tolerance: float = 1e-12,
 ) -> Robustness: ...
 def static_forces(
     posture: Posture | Mechanism,
@@ -1193,7 +1192,6 @@ def simulate_many(
     neighbourhood: float = ...,
     edges: _Edges = "contact",
     jams: _Jams = "none",
-    tolerance: float = 1e-12,
     record: bool = False,
     certify: bool = False,
     threads: int | None = None,
@@ -1215,7 +1213,6 @@ def simulate(
     neighbourhood: float = ...,
     edges: _Edges = "contact",
     jams: _Jams = "none",
-    tolerance: float = 1e-12,
     record: bool = True,
     certify: bool = False,
 ) -> Run: ...

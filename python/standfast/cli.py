@@ -46,7 +46,6 @@ KICKED = (
     "neighbourhood",
     "edges",
     "jams",
-    "tolerance",
 )
 
 #: The path that stands for standard output.

@@ -85,7 +85,7 @@ def robustness(
     variables share and largest_displacement over these parameters and size (needs xarray: the extra `map`). threads : number of threads;
     None uses every core. progress : whether a progress bar is shown; None shows it on a terminal if tqdm is installed.
 
-    options : impact, simultaneous, time_limit, event_limit (100 000 unless given), neighbourhood, edges, jams, tolerance, as for `simulate`. A body whose run ends at a limit, or that rests beyond the neighbourhood, is not back.
+    options : impact, simultaneous, time_limit, event_limit (100 000 unless given), neighbourhood, edges, jams, as for `simulate`. A body whose run ends at a limit, or that rests beyond the neighbourhood, is not back.
 
     Returns a Robustness. Raises ValueError naming the field, its value and the allowed range.
 

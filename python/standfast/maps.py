@@ -46,7 +46,6 @@ OPTIONS = {
     "event_limit",
     "neighbourhood",
     "edges",
-    "tolerance",
     "record",
     "certify",
 }

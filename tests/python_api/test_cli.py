@@ -361,7 +361,6 @@ def test_a_long_wrong_word_is_shortened(tmp_path, capsys):
         ("q = [0.0, 0.011,", "q = [0.0, 'high',", ["q"]),
         ('model = "full"', "time_limit = -1.0", ["time_limit", "-1"]),
         ('model = "full"', "event_limit = -1", ["event_limit", "an integer >= 0\n"]),
-        ('model = "full"', "tolerance = 0.0", ["tolerance", "0"]),
     ],
 )
 def test_wrong_scenes(tmp_path, capsys, old, new, words):

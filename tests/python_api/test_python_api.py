@@ -276,7 +276,6 @@ def test_values_print_copy_and_compare(value):
             ["time_limit", "0.5"],
         ),
         (lambda: sf.simulate(rod(), **START, time=math.inf), ["time", "inf"]),
-        (lambda: sf.simulate(rod(), **START, tolerance=0.0), ["tolerance", "0"]),
         (
             lambda: sf.simulate(rod(), **START, neighbourhood=-1.0),
             ["neighbourhood", "-1"],

@@ -132,7 +132,7 @@ def came_back(run, stance, neighbourhood=math.inf):
     [
         (STANDING, {}),
         (STANDING, {"model": "local"}),
-        (STANDING, {"model": "auto", "tolerance": 1e-6}),
+        (STANDING, {"model": "auto"}),
         (BOX, {"impact": "moreau"}),
         (BOX, {"impact": "moreau", "neighbourhood": 0.2, "event_limit": 200}),
         (BOX, {"impact": "poisson", "time_limit": 0.5}),

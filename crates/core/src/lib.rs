@@ -70,7 +70,7 @@
 
 // From the ground up: a module uses those above it, never those below. The private ones hold the laws: `impact` (Newton, Poisson, Stronge,
 // Moreau and others), `zeno` (sums of bounces and of clattering), `sustained` (contacts at rest or sliding: the choice of a mode, and the
-// motion until it ends), `motion` (the loop over events), `auto` (choice of the model), `verified` (the local model in intervals),
+// motion until it ends), `motion` (the loop over events), `verified` (the local model in intervals),
 // `enclosure` (proved bounds). `docs/architecture.md` lists them with their files.
 mod tolerance;
 mod math;
@@ -88,7 +88,6 @@ pub mod modes;
 mod collisions;
 mod sustained;
 mod motion;
-mod auto;
 mod verified;
 mod enclosure;
 pub mod simulate;

@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::body::posture::Posture;
-use crate::error::{Error, finite, in_range, positive};
+use crate::error::{Error, finite, in_range};
 use crate::math::clock::Clock;
 use crate::serial::shown_as_written;
 
@@ -14,8 +14,7 @@ shown_as_written!(Model, Impact, Simultaneous, Stop, Edges, Jams);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Model {
-    /// The local model where it is exact or its error, measured along the run against the full equations, is below
-    /// [`Options::tolerance`]; otherwise the full model. The default.
+    /// The local model where it is exact, because nothing turns the body; otherwise the full model. The default.
     #[default]
     Auto,
     /// All Jacobian rows frozen at q = 0: the paper's linearisation.
@@ -142,10 +141,6 @@ pub struct Options {
     /// What happens where a contact slides and jams. Default: what the law of impact says.
     #[serde(deserialize_with = "crate::serial::values::word")]
     pub jams: Jams,
-    /// Largest error that `Model::Auto` may make, dimensionless: of times relative to the time elapsed when the run ends, of q
-    /// relative to the size of the body. The error of the time of a Zeno point early in a long run is relative to the duration of the
-    /// whole run; with [`Stop::Zeno`] that is the time of the first Zeno point itself. Default 1e-12.
-    pub tolerance: f64,
     /// Whether the trajectory is kept. Default true.
     pub record: bool,
     /// Whether the run computes intervals that are proved to contain the times of its collisions and, in the local model, of its first Zeno
@@ -166,7 +161,6 @@ impl Default for Options {
             neighbourhood: f64::INFINITY,
             edges: Edges::Contact,
             jams: Jams::None,
-            tolerance: 1e-12,
             record: true,
             certify: false,
         }
@@ -211,7 +205,6 @@ impl Options {
             self.neighbourhood > 0.0,
             "> 0 (inf allowed)",
         )?;
-        positive("tolerance", self.tolerance)?;
         Ok(())
     }
 

@@ -266,34 +266,10 @@ pub enum ModelReason {
     Mechanism,
     /// Local: exact, because the body does not turn.
     Exact,
-    /// Local: its error, measured along the run, is below the tolerance.
-    Measured,
-    /// Full: the body turns too far already in the first flight and impact.
-    TurnsAtOnce,
-    /// Full: different contacts touch at the start.
-    OtherStart,
-    /// Full: the body turns and does not come to rest.
-    Endless,
-    /// Full: the error of the local model is not known for such a body or such options.
-    Unknown,
-    /// Full: the error of the local model is not known with a round contact.
-    Round,
+    /// Full: the body may turn.
+    Turns,
     /// Full: the body is kicked or the ground moves.
     Excited,
-    /// Full: the local model was tried, and its error exceeds the tolerance.
-    Misses,
-    /// Full: the local model was tried, and the order of its collisions is not certain.
-    OtherOrder,
-    /// Full: the local model was tried, and its contact modes are not certain.
-    OtherModes,
-    /// Full: the local model was tried, and the body turns too far.
-    Turns,
-    /// Full: the local model was tried, and it has very many events.
-    ManyEvents,
-    /// Full: the local model was tried, and its motion does not end, or ends at a limit.
-    NoEnd,
-    /// Full: the local model was tried, and it comes to rest on one contact.
-    Tips,
 }
 
 impl ModelReason {
@@ -305,44 +281,8 @@ impl ModelReason {
             Self::Given => "given by its parameters",
             Self::Mechanism => "a mechanism is given by its rows in one posture",
             Self::Exact => "exact here: the body does not turn",
-            Self::Measured => {
-                "its error, measured along the run against the full equations, is below the tolerance"
-            }
-            Self::TurnsAtOnce => {
-                "the body turns too far for the tolerance already in the first flight and impact"
-            }
-            Self::OtherStart => {
-                "different contacts touch at the start in the local and in the full model"
-            }
-            Self::Endless => {
-                "the body turns and does not come to rest: in a motion without end the error of the local model grows without bound"
-            }
-            Self::Unknown => {
-                "the body turns, and the error of the local model is not known with three contacts, friction in impacts, bounded terrain or a neighbourhood"
-            }
-            Self::Round => {
-                "the body turns, and the error of the local model is not known with a round contact"
-            }
-            Self::Excited => {
-                "the body is kicked or the ground moves: the error of the local model is not known"
-            }
-            Self::Misses => "the local model was tried: its error exceeds the tolerance",
-            Self::OtherOrder => {
-                "the local model was tried: the full one may have its collisions in another order"
-            }
-            Self::OtherModes => {
-                "the local model was tried: the full model may have other contact modes"
-            }
-            Self::Turns => "the local model was tried: the body turns too far",
-            Self::ManyEvents => {
-                "the local model was tried: it has so many events that measuring its error would cost more than the full model"
-            }
-            Self::NoEnd => {
-                "the local model was tried: its error is not known for a motion without end, or for a run that ends at a limit"
-            }
-            Self::Tips => {
-                "the local model was tried: it comes to rest on one contact, where the full model tips over"
-            }
+            Self::Turns => "the body may turn",
+            Self::Excited => "the body is kicked or the ground moves",
         }
     }
 }

@@ -432,32 +432,7 @@ pub(crate) const WEDGED: f64 = 1e-14;
 /// lose more digits than the rounding error of the gap accounts for. The gap is then computed from the position. Range: 2 to 64.
 pub(crate) const STEEPER_PIECE: f64 = 8.0;
 
-// --- Choice of the model and proved bounds ---
-
-/// Safety factor on the estimated error of the local model, for what the estimate leaves out. Range: 1 to 10.
-pub(crate) const SHADOW_SAFETY: f64 = 2.0;
-
-/// Error of the local model in the first flight and impact above which the full model is solved at once. Unit: tolerance of the run. The
-/// error of a whole run is seldom smaller. A larger value costs local runs that are then refused; a smaller value refuses local runs that
-/// would have been accepted. No result depends on it beyond the tolerance. Range: 1 to 100.
-pub(crate) const FIRST_DEFECT: f64 = 4.0;
-
-/// Change 2Gh/u² of the squared landing speed from the local to the full model above which their touchdowns are not compared. Also the
-/// relative change of the duration of a slide above which their stops are not compared. Range: 0.01 to 0.5.
-pub(crate) const LANDING_SPEED_CHANGE: f64 = 0.25;
-
-/// Error allowed for motions whose error is bounded instead of followed. Unit: tolerance of the run. Range: 1/256 to 1/4.
-pub(crate) const UNFOLLOWED_PART: f64 = 1.0 / 32.0;
-
-/// Rotation up to which the full equations are followed along a local run. Unit: rad. Beyond, the terms of third order that are neglected
-/// are no longer small. Range: up to 0.1.
-pub(crate) const SHADOW_TURN: f64 = 0.1;
-
-/// Value of ω²|d|/g up to which the gaps in a flight count as concave functions of time. Range: below 1.
-pub(crate) const CONCAVE_ARC: f64 = 0.5;
-
-/// Safety factor on the estimated error of the duration of a tail that is not followed. Range: 1 to 16.
-pub(crate) const UNFOLLOWED_FACTOR: f64 = 4.0;
+// --- Proved bounds ---
 
 /// Duration of a flight below which it does not change the time. Unit: time elapsed. Range: ε/16 to ε.
 pub(crate) const FLIGHT_UNRESOLVED: f64 = f64::EPSILON / 8.0;

@@ -280,7 +280,7 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
 /// Raises ValueError naming the field, its value and the allowed range, and the first run with a wrong value, from 0.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "the keywords of the function in Python")]
-#[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, threads=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", tolerance=1e-12, record=False, certify=False, threads=None)")]
+#[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, threads=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=False, certify=False, threads=None)")]
 pub(crate) fn simulate_many(
     py: Python<'_>,
     posture: &Bound<'_, PyAny>,

@@ -215,7 +215,7 @@ macro_rules! arguments {
 
 arguments! {
     real -> f64: width, height, radius, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
-    real -> f64: tangential_restitution, theta, omega, time, neighbourhood, tolerance, energy, fps, speed;
+    real -> f64: tangential_restitution, theta, omega, time, neighbourhood, energy, fps, speed;
     real -> f64: inertia, torque, angle;
     optional -> Option<f64>: time_limit, center, at;
     series -> Vec<f64>: normal, tangential, load;

@@ -89,8 +89,8 @@ mod _core {
     /// posture : Posture or Mechanism. q, qdot : (3,) m, m, rad and per second; of a mechanism (dof,), the displacement from its posture, m or
     /// rad, and its rate. A mechanism has the model "local" only, and neither kicks nor ground_motion.
     ///
-    /// model : "local" (all Jacobian rows frozen at q = 0), "full" (finite rotation) or "auto" (the local model if its error is
-    /// within `tolerance`, else the full model; run.model and run.model_reason have the model and the reason).
+    /// model : "local" (all Jacobian rows frozen at q = 0), "full" (finite rotation) or "auto" (the local model where it is exact,
+    /// because nothing turns the body, else the full model; run.model and run.model_reason have the model and the reason).
     ///
     /// impact : "auto" ("newton" where no contact has friction, "moreau" where one has; run.impact has the law that acted), "newton" (without
     /// friction in impacts; run.warnings reports where a contact with friction is hit), or with friction "moreau", "poisson", "stronge" or
@@ -110,9 +110,7 @@ mod _core {
     /// impact without collision follows, with the others the run is "inconsistent") or "impact" (with the others a plastic impact
     /// follows: it stops all closed contacts if their friction can, else the one that jams).
     ///
-    /// tolerance : largest error of the model that "auto" accepts, relative to run.elapsed for times, and relative to the longest arm
-    /// or gyration_radius for q. So the time of an early Zeno point of a long run is only correct within tolerance * run.elapsed (with
-    /// stop="zeno" run.elapsed is the time of the first Zeno point). record : whether the trajectory is stored. certify : whether to
+    /// record : whether the trajectory is stored. certify : whether to
     /// compute intervals that are proved to contain the times of the collisions and, in the local model, of the first Zeno point
     /// (run.enclosure); for one or two contacts, impacts without friction and terrain without ends.
     ///
@@ -127,7 +125,7 @@ mod _core {
     /// >>> sf.simulate(ball, q=(0, 5, 0), qdot=(0, 0, 0)).time     # √(2h/g)(1+e)/(1−e)
     /// 3.0
     #[pyfunction]
-    #[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", tolerance=1e-12, record=True, certify=False)")]
+    #[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=True, certify=False)")]
     fn simulate(
         py: Python<'_>,
         #[pyo3(from_py_with = crate::stability::standing)] posture: Standing,

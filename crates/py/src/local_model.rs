@@ -21,7 +21,7 @@ const MOST_IMPACTS: usize = 1 << 52;
 /// Default number of impacts that `fate` follows.
 const FATE_IMPACTS: usize = 10_000;
 /// Options of `simulate` that a local model does not take.
-const OF_A_BODY: [&str; 6] = ["model", "impact", "neighbourhood", "edges", "jams", "tolerance"];
+const OF_A_BODY: [&str; 5] = ["model", "impact", "neighbourhood", "edges", "jams"];
 /// Number of states between two checks for Ctrl-C.
 const STATES: usize = 256;
 
@@ -75,7 +75,7 @@ impl PyLocalModel {
 
     /// Simulates the gaps and the rotation from a start: gaps : (2,) m, rates : (2,) m/s, theta : rad, omega : rad/s.
     ///
-    /// The other keywords are those of `standfast.simulate`, without model, impact, neighbourhood, edges, jams, tolerance, kicks and ground_motion. The
+    /// The other keywords are those of `standfast.simulate`, without model, impact, neighbourhood, edges, jams, kicks and ground_motion. The
     /// run has no q; it has gaps, rates, theta and omega.
     ///
     /// >>> import standfast as sf

@@ -24,7 +24,6 @@ fn assign(options: &mut Options, name: &str, value: &Bound<'_, PyAny>) -> PyResu
         "neighbourhood" => options.neighbourhood = input::neighbourhood(value)?,
         "edges" => options.edges = call("edges", input::edges(value)?)?,
         "jams" => options.jams = jams(value)?,
-        "tolerance" => options.tolerance = input::tolerance(value)?,
         "record" => options.record = input::record(value)?,
         "certify" => options.certify = input::certify(value)?,
         _ => return Ok(false),
@@ -77,7 +76,6 @@ pub(crate) fn get<'py>(py: Python<'py>, options: &Options) -> PyResult<Bound<'py
     dict.set_item("neighbourhood", options.neighbourhood)?;
     dict.set_item("edges", word(&options.edges))?;
     dict.set_item("jams", word(&options.jams))?;
-    dict.set_item("tolerance", options.tolerance)?;
     dict.set_item("record", options.record)?;
     dict.set_item("certify", options.certify)?;
     Ok(dict)

@@ -110,8 +110,7 @@ impl PyPhase {
 ///
 /// kind : "1-zeno", "2-zeno", … (the number of contacts that come to rest). contacts : their numbers. contact : the number, if
 /// there is only one, or None. time, elapsed : s. time_error : estimated error of the sum and of the clock, s. It does not include
-/// the rounding of the start as earlier impacts amplify it, nor the error of the local model, which `tolerance` bounds where "auto"
-/// chose this model. q, qdot : (3,), of a mechanism (dof,), None without a body. gaps, gap_rates : (n,). theta, omega : rotation (rad) and angular velocity
+/// the rounding of the start as earlier impacts amplify it, nor the error of the local model. q, qdot : (3,), of a mechanism (dof,), None without a body. gaps, gap_rates : (n,). theta, omega : rotation (rad) and angular velocity
 /// (rad/s). method : how the impacts were summed. certified : whether the sum is proved. plastic : whether these contacts, all of
 /// restitution 0, come to rest in one impact without rebound, so that no impacts accumulate. first_summed : index of the first
 /// collision that was summed and not simulated.
@@ -341,7 +340,7 @@ impl PyRun {
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let (run, keywords) = (&self.0, options::get(py, self.0.options())?);
         if let Some((model, start)) = run.local_start() {
-            for name in ["model", "impact", "neighbourhood", "edges", "jams", "tolerance"] {
+            for name in ["model", "impact", "neighbourhood", "edges", "jams"] {
                 keywords.del_item(name)?;
             }
             let model = local_model(py, model)?;

@@ -199,10 +199,4 @@ impl Record {
             undecided_mechanism: None,
         }
     }
-
-    /// Drops everything that only a recorded run keeps.
-    pub(crate) fn forget(&mut self) {
-        (self.frames, self.spans) = (Vec::new(), Vec::new());
-        (self.collisions, self.bodies) = (Vec::new(), Vec::new());
-    }
 }

@@ -139,15 +139,14 @@ pub(crate) fn checked(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::auto::tests::standing;
     use crate::body::GroundKind;
     use crate::body::Lamina;
     use crate::body::contact::Contact;
     use crate::body::posture::PostureFields;
     use crate::motion::Pair;
-    use crate::options::{MOST_RECORDED, Stop};
+    use crate::options::MOST_RECORDED;
     use crate::outcome::Outcome;
-    use crate::tolerance::{SHADOW_SAFETY, UNFOLLOWED_PART};
+    use crate::simulate::start::never_turns;
 
     #[test]
     fn a_record_has_an_end() {
@@ -188,62 +187,32 @@ mod tests {
         assert!(!says_so(&short));
     }
 
-    /// Simulates a scene in both models and compares the estimated error with the difference of the results.
-    #[test]
-    fn the_error_is_the_difference_of_the_models() {
-        let feet = [(-0.5, 0.0), (0.4, 0.0)];
-        let valley = [(-0.5, -0.3), (0.4, 0.2)];
-        let mut compared = 0;
-        for (feet, friction, stop) in [
-            (&feet, 0.0, Stop::Zeno),
-            (&feet, 0.5, Stop::Rest),
-            (&valley, 0.0, Stop::Zeno),
-            (&valley, 0.6, Stop::Rest),
-        ] {
-            for scale in [1e-6, 1e-4, 1e-3] {
-                let posture = standing(feet, friction, 0.3);
-                let state = State::at_rest([0.0, 2.0 * scale, 0.7 * scale]);
-                let impact = Impact::Newton;
-                let options = Options { model: Model::Local, impact, stop, ..Options::default() };
-                let local = simulate(&posture, &state, &options).unwrap();
-                let full =
-                    simulate(&posture, &state, &Options { model: Model::Full, ..options }).unwrap();
-                let size = posture.size();
-                let off = full.state().q - local.state().q;
-                let moved = (libm::hypot(off.x, off.y) / size).max(off.z.abs());
-                let zeno = [&local, &full].map(|run| run.zeno_points().last().unwrap().elapsed);
-                let late = (full.elapsed() - local.elapsed()).abs().max((zeno[1] - zeno[0]).abs());
-                let truth = moved.max(late / local.elapsed());
-                let loose = Options { tolerance: 1e-2, ..options };
-                if let Ok(error) = local.shadow_error(&state, &loose) {
-                    assert!(truth <= error, "{feet:?} {scale}: {truth} {error}");
-                    let rest = SHADOW_SAFETY * loose.tolerance * 4.0 * UNFOLLOWED_PART;
-                    assert!(
-                        error <= SHADOW_SAFETY * 1.1 * truth + rest,
-                        "{feet:?} {scale}: {truth} {error}"
-                    );
-                    compared += 1;
-                }
-            }
-        }
-        assert!(compared >= 8, "{compared}");
+    /// A body with one contact at x = 0 under its centre of mass, which is at this height.
+    fn on_one_foot(slope: f64, friction: f64, height: f64) -> Posture {
+        Posture::new(PostureFields {
+            mass: 1.0,
+            gyration_radius: 0.3,
+            center_of_mass: [0.0, height],
+            contacts: vec![Contact { friction, ..Contact::at(0.0, 0.0) }.on_slope(slope)],
+            restitution: 0.3,
+            gravity: 9.81,
+            ..PostureFields::default()
+        })
+        .unwrap()
     }
 
     #[test]
-    fn the_tolerance_decides() {
-        let posture = standing(&[(-0.5, 0.0), (0.4, 0.0)], 0.4, 0.3);
-        let state = State::at_rest([0.0, 2e-5, 7e-6]);
-        let run = |tolerance| {
-            let impact = Impact::Newton;
-            simulate(&posture, &state, &Options { impact, tolerance, ..Options::default() })
-                .unwrap()
-        };
-        let (loose, tight) = (run(1e-3), run(1e-12));
-        assert_eq!((loose.model(), tight.model()), (Model::Local, Model::Full));
-        let off = (loose.elapsed() - tight.elapsed()).abs() / tight.elapsed();
-        assert!(off > 1e-9 && off < 1e-3, "{off}");
-        assert_eq!(loose.model_reason(), ModelReason::Measured);
-        assert_eq!(tight.model_reason(), ModelReason::TurnsAtOnce);
+    fn a_body_never_turns_without_torques() {
+        let dropped = State::at_rest([0.1, 1.0, 0.0]);
+        let thrown = State::new([0.0, 1.0, 0.0], [0.5, 0.0, 0.0]);
+        let spinning = State::new([0.0, 1.0, 0.0], [0.0, 0.0, 1e-9]);
+        let ball = |friction| on_one_foot(0.0, friction, 0.2);
+        assert!(never_turns(&ball(0.0), &dropped) && never_turns(&ball(0.0), &thrown));
+        assert!(!never_turns(&ball(0.0), &spinning));
+        assert!(never_turns(&ball(0.5), &dropped)); // nothing slides
+        assert!(!never_turns(&ball(0.5), &thrown)); // friction turns the ball
+        assert!(never_turns(&on_one_foot(0.0, 0.5, 0.0), &thrown)); // a point mass
+        assert!(!never_turns(&on_one_foot(0.3, 0.5, 0.2), &dropped)); // the arm is not along the normal
     }
 
     fn fall(model: Model, record: bool) -> Driver<'static, Pair> {

@@ -4,6 +4,7 @@ use std::fmt;
 
 use crate::body::posture::Posture;
 use crate::body::state::State;
+use crate::enclosure;
 use crate::error::Error;
 use crate::excitation::{Change, Excitation, lasting, missed_kicks};
 use crate::math::unsigned_zero::UnsignedZero;
@@ -12,9 +13,8 @@ use crate::motion::record::Record;
 use crate::options::{Edges, Model, Options};
 use crate::outcome::{End, FirstZeno, ModelReason};
 use crate::simulate::limits::{is_pair, solvable};
-use crate::simulate::start::Start;
+use crate::simulate::start::{Start, never_turns};
 use crate::simulate::trajectory::Trajectory;
-use crate::{auto, enclosure};
 
 /// A run with kicks or a motion of the ground, or one that can be stopped. Without these, [`simulate`](crate::simulate()) is shorter.
 ///
@@ -65,14 +65,6 @@ impl fmt::Debug for Simulation<'_> {
 
 static NOTHING: Excitation = Excitation { kicks: Vec::new(), ground_motion: None };
 
-/// The result of the attempt with the local model.
-enum Tried {
-    /// Its error is below the tolerance; `None`: cancelled.
-    Run(Option<Box<Record>>, ModelReason),
-    /// It cannot be used, with the reason.
-    No(ModelReason),
-}
-
 impl<'a> Simulation<'a> {
     /// A run without kicks and with the ground at rest, which nothing stops.
     pub fn new(posture: &'a Posture, start: State, options: Options) -> Self {
@@ -111,27 +103,24 @@ impl<'a> Simulation<'a> {
         Ok(Self { start: start.unsigned_zero(), options: *options, ..*self })
     }
 
+    /// The model that is solved, with the reason.
+    fn choose(&self) -> (Model, ModelReason) {
+        match self.options.model {
+            Model::Auto if !self.excitation.is_none() => (Model::Full, ModelReason::Excited),
+            Model::Auto if never_turns(self.posture, &self.start) => {
+                (Model::Local, ModelReason::Exact)
+            }
+            Model::Auto => (Model::Full, ModelReason::Turns),
+            model => (model, ModelReason::Set),
+        }
+    }
+
     fn motion(&self) -> Result<Option<Trajectory>, Error> {
         let Self { posture, ref options, excitation, .. } = *self;
-        let start = |model| Start::new(posture, &self.start, model);
-        let (start, reason) = match options.model {
-            Model::Auto if excitation.is_none() => {
-                let full = start(Model::Full)?;
-                match self.try_local(&full) {
-                    Tried::Run(record, reason) => {
-                        return Ok(record.and_then(|record| {
-                            self.enclosed(Trajectory::new(record, Model::Local, reason, *options))
-                        }));
-                    }
-                    Tried::No(reason) => (full, reason),
-                }
-            }
-            Model::Auto => (start(Model::Full)?, ModelReason::Excited),
-            model => (start(model)?, ModelReason::Set),
-        };
-        let model = start.model;
+        let (model, reason) = self.choose();
+        let start = Start::new(posture, &self.start, model)?;
         if excitation.is_none() {
-            let Some(record) = self.record(start, options) else { return Ok(None) };
+            let Some(record) = self.record(start) else { return Ok(None) };
             return Ok(self.enclosed(Trajectory::new(record, model, reason, *options)));
         }
         let changes = excitation.changes(options.time, posture.fields().gravity);
@@ -148,10 +137,10 @@ impl<'a> Simulation<'a> {
 
     fn end_of_motion(&self) -> Result<Option<End>, Error> {
         let Self { posture, ref options, cancel, .. } = *self;
-        if options.model == Model::Auto || !self.excitation.is_none() {
+        if !self.excitation.is_none() {
             return Ok(self.motion()?.map(|run| end_of(&run)));
         }
-        let start = Start::new(posture, &self.start, options.model)?;
+        let start = Start::new(posture, &self.start, self.choose().0)?;
         Ok(if is_pair(posture, options) {
             start.driver(posture, &self.start, options, cancel).end()
         } else {
@@ -159,9 +148,9 @@ impl<'a> Simulation<'a> {
         })
     }
 
-    /// The record of a run without kicks, with these options; `None` if cancelled.
-    fn record(&self, start: Start, options: &Options) -> Option<Box<Record>> {
-        let Self { posture, cancel, .. } = *self;
+    /// The record of a run without kicks; `None` if cancelled.
+    fn record(&self, start: Start) -> Option<Box<Record>> {
+        let Self { posture, ref options, cancel, .. } = *self;
         if is_pair(posture, options) {
             let mut driver = start.driver(posture, &self.start, options, cancel);
             driver.run()?;
@@ -216,54 +205,6 @@ impl<'a> Simulation<'a> {
             _ => enclosure::enclose_full(posture, &self.start, options, cancel),
         };
         enclosure.map(|enclosure| run.with(enclosure))
-    }
-
-    /// Tries the local model. `full`: the start in the full model.
-    fn try_local(&self, full: &Start) -> Tried {
-        let Self { posture, ref options, .. } = *self;
-        let state = &self.start;
-        let exact = auto::is_exact(posture, state);
-        if !exact {
-            if posture.has_rounds() {
-                return Tried::No(ModelReason::Round);
-            }
-            if !auto::has_shadow(posture, options) {
-                return Tried::No(ModelReason::Unknown);
-            }
-            if !auto::has_end(posture, options) {
-                return Tried::No(ModelReason::Endless);
-            }
-            if auto::is_hopeless(posture, state, &full.heights, options) {
-                return Tried::No(ModelReason::TurnsAtOnce);
-            }
-        }
-        let touches = |start: &Start, i: usize| start.heights[i] == 0.0;
-        let start = match Start::new(posture, state, Model::Local) {
-            Ok(start)
-                if (0..start.heights.len()).all(|i| touches(&start, i) == touches(full, i)) =>
-            {
-                start
-            }
-            _ => return Tried::No(ModelReason::OtherStart),
-        };
-        if exact {
-            return Tried::Run(self.record(start, options), ModelReason::Exact);
-        }
-        let event_limit = options.event_limit.min(auto::MOST_EVENTS);
-        let recorded = Options { record: true, event_limit, ..*options };
-        let Some(mut record) = self.record(start, &recorded) else {
-            return Tried::Run(None, ModelReason::Measured);
-        };
-        match auto::error(posture, state, &record, options) {
-            Ok(error) if error <= options.tolerance => {
-                if !options.record {
-                    record.forget();
-                }
-                Tried::Run(Some(record), ModelReason::Measured)
-            }
-            Ok(_) => Tried::No(ModelReason::Misses),
-            Err(lost) => Tried::No(lost),
-        }
     }
 }
 

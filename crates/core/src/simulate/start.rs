@@ -23,6 +23,26 @@ use crate::zeno::Gaps;
 /// contain ω⁴, which must not overflow.
 const FASTEST_SPIN: f64 = 1e70;
 
+/// Returns true if the body never turns, so that the local model is exact. The body is upright and does not spin. Normal forces do not turn
+/// it, because all arms have b_i = 0. Friction does not turn it, because there is none, or it has no arm, or the body falls straight down on
+/// level ground and no contact slides.
+pub(super) fn never_turns(posture: &Posture, start: &State) -> bool {
+    let every = |holds: &dyn Fn(&ContactGeometry, f64) -> bool| {
+        posture.contacts().iter().enumerate().all(|(i, contact)| match posture.ground(i) {
+            Some(ground) => ground
+                .pieces
+                .iter()
+                .all(|piece| holds(&posture.on_piece(i, piece), contact.friction)),
+            None => holds(&posture.geometry()[i], contact.friction),
+        })
+    };
+    start.q.z == 0.0
+        && start.qdot.z == 0.0
+        && every(&|k, _| k.b == 0.0)
+        && (every(&|k, friction| friction == 0.0 || k.touching_c() == 0.0)
+            || start.qdot.x == 0.0 && every(&|k, _| k.normal.x == 0.0))
+}
+
 /// Gaps and rates at the start, in one of the models.
 pub(crate) struct Start {
     pub(super) model: Model,

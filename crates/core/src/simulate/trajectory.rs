@@ -279,16 +279,6 @@ impl Trajectory {
         Self { enclosure: Some(Box::new(enclosure)), ..self }
     }
 
-    #[cfg(test)]
-    pub(crate) fn shadow_error(
-        &self,
-        state: &State,
-        options: &Options,
-    ) -> Result<f64, ModelReason> {
-        let posture = self.posture().ok_or(ModelReason::Given)?;
-        crate::auto::error(posture, state, &self.record, options)
-    }
-
     /// How the run ended.
     #[must_use]
     pub fn outcome(&self) -> Outcome {
