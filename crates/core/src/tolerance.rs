@@ -373,10 +373,6 @@ pub(crate) const BODY_STOPPED: f64 = 1e3;
 /// Sliding speed that counts as zero beside another contact that slides. Unit: the speed of that contact. Range: 1e-13 to 1e-8.
 pub(crate) const SLOWER_SLIDE: f64 = 1e-10;
 
-/// Longest duration of a motion in contact with frozen geometry. Unit: time elapsed. The error of the rates is of second order in this
-/// duration; up to 1e-8 it is below their rounding error. The value is small enough for the end of an accumulation. Range: 1e-9 to 1e-5.
-pub(crate) const FROZEN_PHASE: f64 = 1e-6;
-
 /// Relative difference of the energies of two swings below which the energies count as equal. A swing has about twenty steps, each with one
 /// rounding error. Range: 4e-15 to 1e-12.
 pub(crate) const SWING_REPEATS: f64 = 1e-14;

@@ -196,7 +196,7 @@ impl<'a> Driver<'a, AnyContacts> {
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
-        let local = state.frozen.is_some();
+        let local = state.frozen;
         let body = AnyContacts {
             posture: posture.clone(),
             contacts: posture.distinct().count() + state.sides.len(),
@@ -417,7 +417,7 @@ impl<'a> Driver<'a, AnyContacts> {
             self.log.clock = self.log.clock.after(left.max(0.0));
             return Some(Outcome::TimeLimit);
         }
-        if self.body.state.frozen.is_none() && self.loses_place(t, fall(t)) {
+        if !self.body.state.frozen && self.loses_place(t, fall(t)) {
             self.log.phase_lost = true;
             return Some(Outcome::EventLimit);
         }
@@ -456,7 +456,7 @@ impl<'a> Driver<'a, AnyContacts> {
 
     /// Corrects accumulated rounding errors: computes b, c from θ, and makes gaps and rates consistent with one rigid body.
     fn refresh(&mut self) {
-        if self.body.state.frozen.is_none() {
+        if !self.body.state.frozen {
             let theta = self.body.state.spin.theta;
             let count = self.body.posture.contacts().len();
             let own = |p: &&mut ContactState| p.place.contact < count;
@@ -471,7 +471,7 @@ impl<'a> Driver<'a, AnyContacts> {
     /// from the centre of mass without bound.
     fn is_lost(&self) -> bool {
         let BodyState { center, fall, frozen, .. } = &self.body.state;
-        if frozen.is_some() {
+        if *frozen {
             return false;
         }
         let rise = match (center.v.y.max(0.0), fall.y) {

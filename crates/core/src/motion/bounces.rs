@@ -138,7 +138,7 @@ impl Bouncing<'_> {
     /// Way and velocity of the centre of mass for this change of state, which turns the body by `turn`, with the contact on the ground and the
     /// speed `u` at which it takes off.
     fn center(&self, change: &Change, u: f64, turn: &Turn) -> [Vector2<f64>; 2] {
-        let (p, frozen) = (&self.body.points[self.i], self.body.frozen.is_some());
+        let (p, frozen) = (&self.body.points[self.i], self.body.frozen);
         let (b, c) = if frozen { (p.b, p.c) } else { p.turned(turn) };
         let omega = self.body.spin.omega + change[4];
         let along = match self.grip {
@@ -153,15 +153,12 @@ impl Bouncing<'_> {
 
     /// Change of the gap of a point by this rotation.
     fn lift(&self, p: &ContactState, change: &Change, turn: &Turn) -> f64 {
-        match self.body.frozen {
-            Some(_) => p.b * change[2],
-            None => p.b * turn.sin - p.c * turn.one_minus_cos,
-        }
+        if self.body.frozen { p.b * change[2] } else { p.b * turn.sin - p.c * turn.one_minus_cos }
     }
 
     /// The body after this change of state.
     fn moved(&self, change: &Change, u: f64) -> BodyState {
-        let (mut after, frozen) = (self.body.clone(), self.body.frozen.is_some());
+        let (mut after, frozen) = (self.body.clone(), self.body.frozen);
         let turn = Turn::by(change[2]);
         let [way, v] = self.center(change, u, &turn);
         (after.center.r, after.center.v) = (after.center.r + way, v);
@@ -194,7 +191,7 @@ impl Bouncing<'_> {
     fn bounce(&self, from: &Change, u: f64, ratio: f64) -> Option<(Change, f64)> {
         let (p, rho2) = (&self.body.points[self.i], self.body.rho2);
         let (g, along) = (self.body.pull(self.i), p.tangent.dot(&self.body.fall));
-        let frozen = self.body.frozen.is_some();
+        let frozen = self.body.frozen;
         let [b, c] = if frozen { [p.b, p.c] } else { p.turned(&Turn::by(from[2])).into() };
         let omega = self.body.spin.omega + from[4];
         let v = match self.grip {
@@ -359,7 +356,7 @@ impl Bouncing<'_> {
         let gap = |j: usize, change: &Change, u: f64| {
             let (q, turn) = (&body.points[j], Turn::by(change[2]));
             let [way, v] = self.center(change, u, &turn);
-            let b = if body.frozen.is_some() { q.b } else { q.turned(&turn).0 };
+            let b = if body.frozen { q.b } else { q.turned(&turn).0 };
             let omega = body.spin.omega + change[4];
             (q.h + q.normal.dot(&way) + self.lift(q, change, &turn), q.normal.dot(&v) + b * omega)
         };
@@ -461,7 +458,6 @@ impl<C> Driver<'_, C> {
             || material.restitution == 0.0
             || grip == Grip::Sticks && !still
             || body.points[i].u <= 0.0
-            || body.frozen.is_some_and(|square| square > 0.0)
         {
             return Err(Retry::Later);
         }
@@ -476,7 +472,7 @@ impl<C> Driver<'_, C> {
         if !(bouncing.may_be_alone(duration) && duration <= self.log.left()) {
             return Err(Retry::Later);
         }
-        let turn = if body.frozen.is_some() { 0.0 } else { body.spin.omega.abs() * duration };
+        let turn = if body.frozen { 0.0 } else { body.spin.omega.abs() * duration };
         if turn > MOST_TURN {
             return Err(Retry::Smaller(turn / MOST_TURN));
         }

@@ -22,7 +22,7 @@ use crate::collisions::log::{Log, names};
 use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
 use crate::modes::{Jamming, Mode};
-use crate::motion::frame::{Base, Snapshot};
+use crate::motion::frame::Base;
 use crate::motion::ground_watch::GroundWatch;
 use crate::motion::nested::{Lap, Limit, NestedSequence};
 use crate::motion::record::{Moment, Motion, Record, Span, ZenoRecord};
@@ -415,22 +415,14 @@ impl<C: Planar> Driver<'_, C> {
         self.vague = if unknown > tolerance { self.vague + 1 } else { 0 };
         let known = if self.vague > MOST_VAGUE { 1.0 } else { SLOWEST_KNOWN };
         let tolerance = tolerance.max(unknown.min(known * tolerance));
-        let brief = body.frozen.is_some() && !self.local;
-        let mut phase = ContactPhase::new(&posture, body, tolerance, brief, &options, self.cause);
+        let mut phase = ContactPhase::new(&posture, body, tolerance, &options, self.cause);
         phase.close(&mut rests);
         self.nested.drop(phase.dropped);
         if let Some(outcome) = C::come_to_rest(self, &phase.body, &rests, fresh) {
             return DriverStep::End(outcome);
         }
         phase.cause = self.cause;
-        let mut end = self.stretches(&mut phase, &posture);
-        while end == PhaseEnd::Thaw {
-            let full = Snapshot::of_body(&phase.body, self.log.clock);
-            phase.brief = false;
-            phase.body = self.record.base.body_state(&full, None).unwrap_or(phase.body);
-            phase.body.unfreeze();
-            end = self.stretches(&mut phase, &posture);
-        }
+        let end = self.stretches(&mut phase, &posture);
         self.cause = phase.cause;
         self.record.warnings.append(&mut phase.warnings);
         self.record.undecided = phase.undecided.take().map(Box::new);
@@ -461,7 +453,7 @@ impl<C: Planar> Driver<'_, C> {
                         C::cross_end(self, i, side);
                         DriverStep::Piece
                     }
-                    PhaseEnd::Landing(_) | PhaseEnd::Thaw => DriverStep::Piece,
+                    PhaseEnd::Landing(_) => DriverStep::Piece,
                 }
             }
         }

@@ -281,7 +281,7 @@ impl Landed for LandedBody<'_> {
     }
 
     fn turned(&self, before: &Self::V, t: f64, longer: f64) -> f64 {
-        if self.0.frozen.is_some() {
+        if self.0.frozen {
             return 0.0;
         }
         let angle = self.0.spin.omega.abs().max(before.z.abs()) * t;
@@ -289,7 +289,7 @@ impl Landed for LandedBody<'_> {
     }
 
     fn along(&self, change: Self::V) -> Self::V {
-        if self.0.frozen.is_none() {
+        if !self.0.frozen {
             return change;
         }
         let mut moved = self.moving(&change);
@@ -341,7 +341,7 @@ impl NestedSequence<Vector3<f64>> {
                 end.points[i].place.sides[side] = (now + way).max(0.0);
             }
         }
-        let onward = Turn::by(if end.frozen.is_some() { 0.0 } else { way.z });
+        let onward = Turn::by(if end.frozen { 0.0 } else { way.z });
         for p in &mut end.points {
             (p.h, p.u) = (0.0, 0.0);
             (p.b, p.c) = p.turned(&onward);
@@ -384,8 +384,7 @@ impl<C: Coordinates> Driver<'_, C> {
         let (one, two) = (&body.points[b], &body.points[1 - b]);
         let free = |p: &ContactState| p.friction == 0.0 && p.place.sides == [f64::INFINITY; 2];
         let parallel = one.normal == two.normal && one.b != two.b;
-        if !(self.nested.is_long(b) && body.frozen.is_none() && free(one) && free(two) && parallel)
-        {
+        if !(self.nested.is_long(b) && !body.frozen && free(one) && free(two) && parallel) {
             return None;
         }
         let (first, places) = (-one.u, places());
@@ -469,7 +468,7 @@ mod tests {
         };
         let points = PerContact::from([point(0, -1.0, 0.0), point(1, 1.0, -speed)]);
         let center = Center { r: Vector2::new(x, 0.0), v: Vector2::new(v, 0.0) };
-        let (spin, rho2, gravity, frozen) = (Spin::default(), 0.25, 1.0, None);
+        let (spin, rho2, gravity, frozen) = (Spin::default(), 0.25, 1.0, false);
         let fall = Vector2::new(0.0, -gravity);
         BodyState { points, sides: Vec::new(), center, spin, rho2, fall, gravity, frozen }
     }

@@ -185,9 +185,8 @@ impl Coordinates for Pair {
 
 impl Planar for Pair {
     fn enter_contact(driver: &mut Driver<'_, Self>, rests: &[bool]) -> Result<BodyState, Outcome> {
-        if rests == [true, true] {
-            driver.unfreeze();
-        }
+        let was_frozen = driver.is_brief();
+        driver.unfreeze();
         let frame = &driver.body.frame;
         let (frozen, full) = (frame.frozen.is_some().then_some(frame.spin), driver.full());
         let all = (0..driver.body.count).all(|i| rests[i] && driver.resting[i]);
@@ -195,7 +194,11 @@ impl Planar for Pair {
             return Err(driver.rest_in(modes, full, frozen));
         }
         let body = driver.record.base.body_state(&full, frozen);
-        Ok(body.unwrap_or_else(|| unreachable!("contact phases belong to a body")))
+        let mut body = body.unwrap_or_else(|| unreachable!("contact phases belong to a body"));
+        if was_frozen {
+            body.unfreeze();
+        }
+        Ok(body)
     }
 
     fn come_to_rest(
@@ -211,7 +214,7 @@ impl Planar for Pair {
     }
 
     fn leave_contact(driver: &mut Driver<'_, Self>, body: BodyState) {
-        let frozen = body.frozen.map(|_| driver.body.frame.spin);
+        let frozen = body.frozen.then_some(driver.body.frame.spin);
         driver.leave(&body, frozen);
     }
 

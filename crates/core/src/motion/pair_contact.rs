@@ -55,7 +55,7 @@ impl Base {
             rho2: body.rho2,
             fall: Vector2::new(0.0, -body.gravity),
             gravity: body.gravity,
-            frozen: frozen.map(|spin| spin.omega * spin.omega),
+            frozen: frozen.is_some(),
         })
     }
 }

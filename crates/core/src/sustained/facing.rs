@@ -52,7 +52,7 @@ impl BodyState {
     /// World position of point `i`, in m.
     pub(crate) fn position(&self, i: usize, posture: &Posture) -> Vector2<f64> {
         let arm = self.points[i].arm();
-        let turn = if self.frozen.is_some() { self.spin.theta } else { 0.0 };
+        let turn = if self.frozen { self.spin.theta } else { 0.0 };
         Vector2::from(posture.fields().center_of_mass)
             + self.center.r
             + arm
@@ -63,14 +63,13 @@ impl BodyState {
     fn arc_over(&self, i: usize, posture: &Posture, piece: &Piece) -> GapArc {
         let (arm, spin) = (self.points[i].arm(), self.spin.omega);
         let (b, c) = (piece.tangent.dot(&arm), piece.normal.dot(&arm));
-        let bent = self.frozen.map_or(0.0, |square| c * square);
         GapArc {
             h: piece.height(&self.position(i, posture)),
             u: piece.normal.dot(&self.center.v) + b * spin,
-            g: bent - self.fall.dot(&piece.normal),
+            g: -self.fall.dot(&piece.normal),
             b,
             c,
-            omega: if self.frozen.is_some() { 0.0 } else { spin },
+            omega: if self.frozen { 0.0 } else { spin },
         }
     }
 

@@ -52,12 +52,10 @@ impl Rounding {
 }
 
 impl BodyState {
-    /// Acceleration of the free body into the terrain of a contact, without rotation: −n·(acceleration of free fall), plus c ω² in frozen geometry.
+    /// Acceleration of the free body into the terrain of a contact, without rotation: −n·(acceleration of free fall).
     pub(crate) fn pull(&self, i: usize) -> f64 {
         let p = &self.points[i];
-        -self.fall.dot(&p.normal)
-            + self.frozen.map_or(0.0, |square| p.c * square)
-            + self.coriolis(i)
+        -self.fall.dot(&p.normal) + self.coriolis(i)
     }
 
     /// Effective gravity of a point, in m/s²: zero where it is the rounding error of its terms, as that of a contact at a vertical wall is in a
@@ -81,10 +79,8 @@ impl BodyState {
         let arm = p.arm();
         let lever = axis.dot(&Vector2::new(-arm.y, arm.x));
         let u = axis.dot(&self.center.v) + lever * spin;
-        let (b, c, omega) = match self.frozen {
-            Some(_) => (0.0, 0.0, 0.0),
-            None => (lever, axis.dot(&arm), spin),
-        };
+        let (b, c, omega) =
+            if self.frozen { (0.0, 0.0, 0.0) } else { (lever, axis.dot(&arm), spin) };
         GapArc { h: p.place.sides[side], u, g: -self.fall.dot(&axis), b, c, omega }
     }
 
@@ -142,7 +138,7 @@ impl BodyState {
 
     pub(crate) fn arc(&self, i: usize) -> GapArc {
         let p = &self.points[i];
-        let omega = if self.frozen.is_some() { 0.0 } else { self.spin.omega };
+        let omega = if self.frozen { 0.0 } else { self.spin.omega };
         GapArc { h: p.h, u: p.u, g: self.pull(i), b: p.b, c: p.c, omega }
     }
 
@@ -201,7 +197,7 @@ impl BodyState {
     /// The state after a flight of `dt`.
     pub(crate) fn flown(&self, dt: f64) -> Self {
         let mut after = self.clone();
-        let turn = Turn::by(if self.frozen.is_some() { 0.0 } else { self.spin.omega * dt });
+        let turn = Turn::by(if self.frozen { 0.0 } else { self.spin.omega * dt });
         for (i, p) in after.points.iter_mut().enumerate() {
             let (arc, was) = (self.arc(i), &self.points[i]);
             let [gap, rate] = arc.terms(dt, &turn);
@@ -212,12 +208,12 @@ impl BodyState {
                 }
             }
             let below = GapArc { h: -was.depth, ..arc };
-            if was.depth > 0.0 && self.frozen.is_some() {
+            if was.depth > 0.0 && self.frozen {
                 p.depth = (dt * (0.5 * arc.g * dt - arc.u) + was.depth).max(f64::MIN_POSITIVE);
             } else if was.depth > 0.0 {
                 p.depth = (-below.gap_turned(dt, &turn)).max(f64::MIN_POSITIVE);
             }
-            if self.frozen.is_some() {
+            if self.frozen {
                 p.h = (arc.h + dt * (arc.u - 0.5 * arc.g * dt)).max(0.0);
                 p.u = arc.u - arc.g * dt;
             } else {

@@ -111,8 +111,8 @@ pub(crate) struct BodyState {
     /// Acceleration of free fall in the frame of the ground, in m/s², and its size.
     pub(crate) fall: Vector2<f64>,
     pub(crate) gravity: f64,
-    /// ω² at the moment at which b, c and the curvature of the paths were frozen; `None`: they are not frozen.
-    pub(crate) frozen: Option<f64>,
+    /// Whether b and c are those of the nominal posture, and all paths without curvature: the local model.
+    pub(crate) frozen: bool,
 }
 
 /// Written by hand: the derived `clone` copies the points one by one.
@@ -189,10 +189,9 @@ impl BodyState {
         fixed(i).then(|| self.twin(i)).flatten().filter(|&j| fixed(j))
     }
 
-    /// Whether the velocity of the body determines the rates of the contacts by b and c. It does unless b and c were frozen at a moment of
-    /// a full motion (ω² ≠ 0).
-    fn has_rows(&self) -> bool {
-        self.frozen.is_none_or(|omega_squared| omega_squared == 0.0)
+    /// ω² in the accelerations of the contacts, in 1/s².
+    fn square_of_turn(&self) -> f64 {
+        if self.frozen { 0.0 } else { self.spin.omega * self.spin.omega }
     }
 }
 
@@ -226,7 +225,7 @@ impl BodyState {
     fn gap_and_rate(&self, p: &ContactState, posture: &Posture) -> (f64, f64) {
         let i = p.place.contact;
         if p.h > 0.0 && posture.ground(i).is_some_and(|ground| ground.has_walls) {
-            let (State { q, qdot }, local) = (self.state(), self.frozen.is_some());
+            let (State { q, qdot }, local) = (self.state(), self.frozen);
             let under = posture.under(i, &q, local);
             if under.place.piece != p.place.piece {
                 let (k, turn) = (under.geometry, Turn::by(q.z));

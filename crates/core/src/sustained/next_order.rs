@@ -69,7 +69,7 @@ impl Search {
 impl BodyState {
     /// Whether rows of a word depend on others and leave the body a motion.
     fn is_dependent(&self, word: &[Mode]) -> bool {
-        if self.frozen.is_some() || !self.has_rows_of_two(word) {
+        if self.frozen || !self.has_rows_of_two(word) {
             return false;
         }
         let rank = self.independent(word).len();

@@ -20,7 +20,7 @@ use crate::sustained::endless::{ClosedMotion, Swing};
 use crate::sustained::next_order::{Onward, Search};
 use crate::sustained::{BodyState, ORDERS, Step, StepEnd};
 use crate::tolerance::{
-    BODY_STOPPED, DEPARTED, FROZEN_PHASE, GRAZE_OF_SIZE, GRAZE_OF_WAY, SLOWER_SLIDE, STILL, TOUCH,
+    BODY_STOPPED, DEPARTED, GRAZE_OF_SIZE, GRAZE_OF_WAY, SLOWER_SLIDE, STILL, TOUCH,
 };
 use nalgebra::{Vector2, Vector3};
 
@@ -39,7 +39,7 @@ impl BodyState {
 
     /// The contact-mode problem of this state. `ways`: the signs of sliding, `None` for separate contacts.
     pub(crate) fn problem(&self, mass: f64, ways: &[Option<i8>]) -> Result<ContactProblem, Error> {
-        let omega_squared = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
+        let omega_squared = self.square_of_turn();
         ContactProblem::new(ProblemFields {
             sliding: ways.to_vec(),
             bias: (0..self.points.len()).map(|i| self.bias(i, ways[i], omega_squared)).collect(),
@@ -60,7 +60,7 @@ impl BodyState {
     /// air have no part in it. `None`: the problem has to be solved.
     fn only_mode(&self, ways: &[Option<i8>]) -> Option<(ContactLetters<Mode>, [f64; 3])> {
         let rho = self.rho2.sqrt();
-        let omega_squared = self.frozen.unwrap_or(self.spin.omega * self.spin.omega);
+        let omega_squared = self.square_of_turn();
         let mut rows = [Row::ABSENT; 2];
         let (mut closed, mut n) = ([0; 2], 0);
         for (i, p) in self.points.iter().enumerate() {
@@ -135,8 +135,6 @@ pub(crate) struct ContactPhase<'a> {
     pub(crate) dropped: f64,
     /// The smallest and the largest rotation in the last word, in rad.
     turned: [f64; 2],
-    /// Whether the geometry is frozen for the last moments of an accumulation only.
-    pub(crate) brief: bool,
     options: &'a Options,
     pub(crate) word: ContactLetters<Mode>,
     /// The problem without a consistent word, or with several.
@@ -163,8 +161,6 @@ pub(crate) enum PhaseEnd {
     Corner(Entry),
     /// All contacts have left.
     Free,
-    /// No event within the time for which the geometry may be frozen.
-    Thaw,
 }
 
 /// What ends a stretch: the motion in one word up to an event.
@@ -183,7 +179,6 @@ impl<'a> ContactPhase<'a> {
         posture: &Posture,
         body: BodyState,
         sliding_tolerance: f64,
-        brief: bool,
         options: &'a Options,
         cause: Option<Cause>,
     ) -> Self {
@@ -197,7 +192,6 @@ impl<'a> ContactPhase<'a> {
             sliding_tolerance,
             dropped: 0.0,
             turned: [0.0; 2],
-            brief,
             options,
             word: ContactLetters::new(),
             undecided: None,
@@ -349,7 +343,7 @@ impl<'a> ContactPhase<'a> {
     /// Whether the body turns, with speeds that count as zero.
     fn turns_slowly(&self) -> bool {
         let turn = self.size * self.body.spin.omega.abs();
-        turn > 0.0 && turn <= self.sliding_tolerance && self.body.frozen.is_none_or(|w2| w2 == 0.0)
+        turn > 0.0 && turn <= self.sliding_tolerance
     }
 
     fn stop_turning(&mut self) {
@@ -527,9 +521,6 @@ impl<'a> ContactPhase<'a> {
             };
             side = Some(step.side);
             acceleration = step.acceleration();
-            if self.brief && t > FROZEN_PHASE * log.clock.hi {
-                return StretchEnd::End(PhaseEnd::Thaw);
-            }
             let [ax, ay, _] = acceleration;
             let way = t * (body.center.v.norm() + t * libm::hypot(ax, ay));
             // A body that is farther away than any bound has no further event either.
@@ -546,7 +537,7 @@ impl<'a> ContactPhase<'a> {
                 self.acceleration = Some(acceleration);
                 // In frozen geometry, a body with contacts in flight and no further event flies away.
                 let closed = self.word.iter().all(|&mode| mode != Mode::Separate);
-                return outcome(if closed || body.frozen.is_none() {
+                return outcome(if closed || !body.frozen {
                     Outcome::Sliding
                 } else {
                     Outcome::Escape

@@ -271,10 +271,8 @@ impl BodyState {
 
     /// Corrects the velocity of a body with these contacts closed: its rates along their normals are rounding error.
     pub(crate) fn close(&mut self, closed: &[bool]) {
-        if self.has_rows() {
-            let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };
-            self.project_on(&closed.iter().map(mode).collect::<ContactLetters<_>>(), STOPPED_ROW);
-        }
+        let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };
+        self.project_on(&closed.iter().map(mode).collect::<ContactLetters<_>>(), STOPPED_ROW);
     }
 
     /// Stops these contacts: one plastic impact brings their gap rates to zero by impulses along their normals. The rates of
@@ -369,9 +367,6 @@ impl BodyState {
     /// contacts are rounding error, which the separately stored rates of the others do not have. A sliding speed that counts as
     /// zero is removed where contacts are fixed, and the rates of contacts in the air change with it.
     pub(crate) fn hold(&mut self, modes: &[Mode]) {
-        if !self.has_rows() {
-            return;
-        }
         let (r, theta) = (self.center.r, self.spin.theta);
         for i in 0..self.points.len() {
             let turns = self.turning_side(i).is_some();

@@ -91,10 +91,10 @@ impl SideContact {
             rounding: Rounding::default(),
             radius: 0.0,
         };
-        self.set_place(&mut point, state.center.r, state.spin.theta, state.frozen.is_some());
+        self.set_place(&mut point, state.center.r, state.spin.theta, state.frozen);
         let (v, omega) = (state.center.v, state.spin.omega);
         (point.h, point.u) = (-point.c - self.distance, point.normal.dot(&v) + point.b * omega);
-        if state.frozen.is_some() {
+        if state.frozen {
             point.h += point.normal.dot(&state.center.r) + point.b * state.spin.theta;
         }
         let place = state.center.r.norm() + self.corner.norm() + size;
@@ -158,13 +158,13 @@ impl BodyState {
     /// The same where the normal turns with the body: not in frozen geometry.
     #[inline]
     pub(crate) fn turning_side(&self, i: usize) -> Option<&SideContact> {
-        if self.frozen.is_some() { None } else { self.side_contact(i) }
+        if self.frozen { None } else { self.side_contact(i) }
     }
 
     /// Whether a contact has a normal that turns with the body.
     #[inline]
     pub(crate) fn has_turning_sides(&self) -> bool {
-        self.frozen.is_none() && !self.sides.is_empty()
+        !self.frozen && !self.sides.is_empty()
     }
 
     /// The term 2 ω v_t of the acceleration of the gap of point `i`: zero for a point of the body.
@@ -345,7 +345,7 @@ mod tests {
             rho2: 0.09,
             fall: Vector2::new(0.0, -9.81),
             gravity: 9.81,
-            frozen: None,
+            frozen: false,
         };
         let mut point = on.point(&state, 1.0);
         point.h = h;

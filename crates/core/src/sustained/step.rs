@@ -188,7 +188,7 @@ impl Step {
     /// The Taylor series of the motion from this state on, with a mode for each contact; `None` if the friction matrix is singular.
     /// `order`: the number of coefficients, at most [`ORDER`]; in frozen geometry [`FROZEN`].
     pub(crate) fn new(state: &BodyState, modes: &[Mode], order: usize) -> Option<Box<Self>> {
-        let order = if state.frozen.is_some() { FROZEN } else { order };
+        let order = if state.frozen { FROZEN } else { order };
         let rows = state.independent(modes);
         Self::on(&rows, state, modes, order).or_else(|| {
             // If these forces cannot keep their own rows at zero, those of dependent rows may.
@@ -265,7 +265,7 @@ impl Step {
         }
         let parallel = state.parallel(independent);
         let level = parallel.is_some_and(|pair| state.is_level(pair));
-        let turns = state.frozen.is_none() && !level;
+        let turns = !state.frozen && !level;
         // Forces are constant where nothing turns.
         let order = if turns { order } else { order.min(FROZEN) };
         let spin = if level { 0.0 } else { state.spin.omega };
@@ -333,13 +333,11 @@ impl Step {
         let mut torque = [[0.0; 2]; ORDER]; // Σ arm f, of the forces f and their arms at the start
         for k in 0..order {
             let next = 1.0 / (k + 1) as f64;
-            let curved = match state.frozen {
-                None if turns => {
-                    spun[k] = products(&rotation[..=k], &omega[..=k]);
-                    products(&spun[..=k], &omega[..=k])
-                }
-                Some(square) if k == 0 => [square * unit * unit, 0.0],
-                _ => [0.0; 2],
+            let curved = if turns {
+                spun[k] = products(&rotation[..=k], &omega[..=k]);
+                products(&spun[..=k], &omega[..=k])
+            } else {
+                [0.0; 2]
             };
             // The terms of e ω̇ and of Σ arm f without the coefficients k of ω̇ and of the forces, which are still unknown.
             let turned = products(&rotation[1..=k], &spin_rate[..k]);
@@ -429,7 +427,7 @@ impl Step {
             let forces = |track: &Track| varies(&track.normal) || varies(&track.tangential);
             // Nothing turns a disc about the centre of mass out of a constant angular acceleration.
             let turned = is_turned || has_arm && varies(&omega);
-            if state.frozen.is_none() && (turned || tracks.iter().any(forces)) {
+            if !state.frozen && (turned || tracks.iter().any(forces)) {
                 reach.min(LATE)
             } else {
                 reach
@@ -527,7 +525,7 @@ impl Step {
             Mode::Separate => {
                 let [b, c] = self.arm(i);
                 for (k, way) in way.iter_mut().enumerate().skip(1) {
-                    let turned = if state.frozen.is_some() {
+                    let turned = if state.frozen {
                         across.perp(&p.arm()) * -self.theta[k]
                     } else {
                         t * b[k] + n * c[k]
@@ -766,77 +764,75 @@ impl Step {
             }
         }
         let mut moved = Vector2::new(change(&self.r[0]), change(&self.r[1]));
-        if state.has_rows() {
-            let modes: ContactLetters<Mode> = self.tracks.iter().map(|track| track.mode).collect();
-            let projected = after.project(&modes);
-            // Held points stay where they are, n·r + c and t·r + b: a computed displacement is rounding error, corrected along the
-            // shortest way.
-            let angle = change(&self.theta);
-            let lever = |contact: usize, tangential: bool| {
-                let (p, [b, c]) = (&after.points[contact], self.tracks[contact].arm);
-                if self.turning(contact).is_some() {
-                    // (n₀ − n)·a or (t₀ − t)·a with the arm a at the start.
-                    let [less, sin] = turned;
-                    return if tangential { -less * b - sin * c } else { sin * b - less * c };
-                }
-                match (tangential, state.frozen.is_some()) {
-                    (false, false) => dot([c, b], turned),
-                    (true, false) if p.radius > 0.0 => dot([b, -c], turned) + p.radius * angle,
-                    (true, false) => dot([b, -c], turned),
-                    (false, true) => p.b * angle,
-                    (true, true) => -p.touching_c() * angle,
-                }
-            };
-            let in_vertex = (0..modes.len()).any(|i| after.twin(i).is_some());
-            let rows = if in_vertex { after.independent(&modes) } else { projected };
-            let mut back = Vector3::<f64>::zeros();
-            for _ in 0..AGREES {
-                for row in &rows {
-                    let Unknown { contact, tangential } = row.unknown;
-                    let p = &after.points[contact];
-                    let axis = if tangential { p.tangent } else { p.normal };
-                    let lever = lever(contact, tangential);
-                    let mut off = axis.dot(&moved) + lever;
-                    if let (Some(place), None) = (p.held, state.frozen) {
-                        // Rounding errors add up over steps: a larger drift is corrected by the position itself.
-                        let r = state.center.r + moved;
-                        let (at, mut arm) = if tangential { (0, p.b) } else { (1, p.c) };
-                        let mut size = r.norm() + libm::hypot(p.b, p.c);
-                        if tangential && p.radius > 0.0 {
-                            let rolled = p.radius * (after.spin.theta);
-                            (arm, size) = (arm + rolled, size + rolled.abs());
-                        }
-                        let drift = match self.turning(contact) {
-                            Some(turning) => turning.side.drift(p, r, place[0])[at],
-                            None => axis.dot(&r) + arm - place[at],
-                        };
-                        let light = state.gravity * drift.abs() <= DRIFT_ENERGY * after.kinetic();
-                        if drift.abs() > DRIFT * size && light {
-                            off = drift;
-                        }
-                    }
-                    off += row.whole.dot(&back);
-                    back -= row.direction * (off / row.whole.dot(&row.direction));
-                }
-                moved += back.xy();
-                // Beside a load that is 1e16 times all that moves, the correction has rounding errors itself.
-                if back.xy().norm_squared() <= state.rho2 {
-                    break;
-                }
-                back = Vector3::new(0.0, 0.0, back.z);
+        let modes: ContactLetters<Mode> = self.tracks.iter().map(|track| track.mode).collect();
+        let projected = after.project(&modes);
+        // Held points stay where they are, n·r + c and t·r + b: a computed displacement is rounding error, corrected along the
+        // shortest way.
+        let angle = change(&self.theta);
+        let lever = |contact: usize, tangential: bool| {
+            let (p, [b, c]) = (&after.points[contact], self.tracks[contact].arm);
+            if self.turning(contact).is_some() {
+                // (n₀ − n)·a or (t₀ − t)·a with the arm a at the start.
+                let [less, sin] = turned;
+                return if tangential { -less * b - sin * c } else { sin * b - less * c };
             }
-            let turn = match after.parallel(&rows) {
-                Some([i, j]) => {
-                    let apart = after.points[i].b - after.points[j].b;
-                    after.turned_by([i, j], moved) - (lever(i, false) - lever(j, false)) / apart
+            match (tangential, state.frozen) {
+                (false, false) => dot([c, b], turned),
+                (true, false) if p.radius > 0.0 => dot([b, -c], turned) + p.radius * angle,
+                (true, false) => dot([b, -c], turned),
+                (false, true) => p.b * angle,
+                (true, true) => -p.touching_c() * angle,
+            }
+        };
+        let in_vertex = (0..modes.len()).any(|i| after.twin(i).is_some());
+        let rows = if in_vertex { after.independent(&modes) } else { projected };
+        let mut back = Vector3::<f64>::zeros();
+        for _ in 0..AGREES {
+            for row in &rows {
+                let Unknown { contact, tangential } = row.unknown;
+                let p = &after.points[contact];
+                let axis = if tangential { p.tangent } else { p.normal };
+                let lever = lever(contact, tangential);
+                let mut off = axis.dot(&moved) + lever;
+                if let (Some(place), false) = (p.held, state.frozen) {
+                    // Rounding errors add up over steps: a larger drift is corrected by the position itself.
+                    let r = state.center.r + moved;
+                    let (at, mut arm) = if tangential { (0, p.b) } else { (1, p.c) };
+                    let mut size = r.norm() + libm::hypot(p.b, p.c);
+                    if tangential && p.radius > 0.0 {
+                        let rolled = p.radius * (after.spin.theta);
+                        (arm, size) = (arm + rolled, size + rolled.abs());
+                    }
+                    let drift = match self.turning(contact) {
+                        Some(turning) => turning.side.drift(p, r, place[0])[at],
+                        None => axis.dot(&r) + arm - place[at],
+                    };
+                    let light = state.gravity * drift.abs() <= DRIFT_ENERGY * after.kinetic();
+                    if drift.abs() > DRIFT * size && light {
+                        off = drift;
+                    }
                 }
-                None => back.z / state.rho2.sqrt(),
-            };
-            after.spin.theta += turn;
-            if state.frozen.is_none() {
-                for p in &mut after.points {
-                    (p.b, p.c) = (p.b - p.c * turn, p.c + p.b * turn);
-                }
+                off += row.whole.dot(&back);
+                back -= row.direction * (off / row.whole.dot(&row.direction));
+            }
+            moved += back.xy();
+            // Beside a load that is 1e16 times all that moves, the correction has rounding errors itself.
+            if back.xy().norm_squared() <= state.rho2 {
+                break;
+            }
+            back = Vector3::new(0.0, 0.0, back.z);
+        }
+        let turn = match after.parallel(&rows) {
+            Some([i, j]) => {
+                let apart = after.points[i].b - after.points[j].b;
+                after.turned_by([i, j], moved) - (lever(i, false) - lever(j, false)) / apart
+            }
+            None => back.z / state.rho2.sqrt(),
+        };
+        after.spin.theta += turn;
+        if !state.frozen {
+            for p in &mut after.points {
+                (p.b, p.c) = (p.b - p.c * turn, p.c + p.b * turn);
             }
         }
         after.center.r += moved;
@@ -878,7 +874,7 @@ mod tests {
             rho2: 0.16,
             fall: Vector2::new(0.0, -9.81),
             gravity: 9.81,
-            frozen: None,
+            frozen: false,
         }
     }
 
