@@ -13,11 +13,11 @@ use crate::flight::is_lost;
 use crate::modes::Mode;
 use crate::motion::bounces::Bounces;
 use crate::motion::driver::{Coordinates, Driver, DriverStep, Planar};
-use crate::motion::frame::Base;
 use crate::motion::lines::{Line, lines_of};
 use crate::motion::nested::Limit;
 use crate::motion::record::{Moment, Motion, ZenoRecord};
 use crate::motion::slow::{InstantImpacts, SlowContacts};
+use crate::motion::subject::Subject;
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Outcome, ZenoMethod};
 use crate::sustained::edges::{Entry, Path};
@@ -191,7 +191,7 @@ impl<'a> Driver<'a, AnyContacts> {
     pub(crate) fn of_any(
         posture: &Posture,
         state: BodyState,
-        base: Base,
+        subject: Subject,
         options: &Options,
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
@@ -210,7 +210,7 @@ impl<'a> Driver<'a, AnyContacts> {
             bounces: Bounces::default(),
             lines: lines_of(posture),
         };
-        Self::with(body, base, local, options, warnings, cancel)
+        Self::with(body, subject, local, options, warnings, cancel)
     }
 
     /// Flies on to the first corner of the ground that meets a side within `t` (s). Returns whether there is one.
@@ -234,13 +234,15 @@ impl<'a> Driver<'a, AnyContacts> {
         posture: &Posture,
         start: &BodyState,
         fastest: f64,
-        base: &Base,
+        subject: &Subject,
         options: &Options,
         dt: f64,
     ) -> Option<(BodyState, ContactLetters<Mode>)> {
         let options = options.of_resimulated_tail(dt);
         let mut run =
-            Driver::of_any(posture, start.clone(), base.clone(), &options, Vec::new(), &|| false);
+            Driver::of_any(posture, start.clone(), subject.clone(), &options, Vec::new(), &|| {
+                false
+            });
         run.resting = start.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         run.body.fastest = fastest;
         run.run_tail().map(|run| (run.body.state, run.log.word))

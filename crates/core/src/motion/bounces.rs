@@ -445,7 +445,7 @@ impl<C> Driver<'_, C> {
         mut material: Material,
         fastest: f64,
     ) -> Result<Settled, Retry> {
-        let Some(posture) = &self.record.base.posture else { return Err(Retry::Later) };
+        let Some(posture) = self.record.subject.posture() else { return Err(Retry::Later) };
         let (size, clock, law) = (posture.size(), self.log.clock, self.options.impact);
         if law == Impact::Newton {
             material.friction = 0.0;
@@ -532,8 +532,8 @@ impl Driver<'_, Pair> {
             return None;
         }
         let now = Snapshot::of_full(state, self.log.clock);
-        let body = self.record.base.body_state(&now, None)?;
-        let size = self.record.base.posture.as_ref().map_or(0.0, Posture::size);
+        let body = self.record.subject.body_state(&now, None)?;
+        let size = self.record.subject.posture().map_or(0.0, Posture::size);
         let fastest = body.center.v.norm() + size * body.spin.omega.abs();
         let restitution = state.body.contacts[i].restitution;
         let material = Material { friction: 0.0, restitution, tangential_restitution: 0.0 };
@@ -551,7 +551,7 @@ impl Driver<'_, Pair> {
 
     /// Moves to this limit.
     pub(super) fn settle_at(&mut self, i: usize, end: &Settled) -> Option<Outcome> {
-        if let Some(start) = self.record.base.body_state(&self.full(), None) {
+        if let Some(start) = self.record.subject.body_state(&self.full(), None) {
             self.begin_sum(&start);
         }
         self.log.clock = self.log.clock.after(end.duration);

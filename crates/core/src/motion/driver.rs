@@ -22,10 +22,10 @@ use crate::collisions::log::{Log, names};
 use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
 use crate::modes::{Jamming, Mode};
-use crate::motion::frame::Base;
 use crate::motion::ground_watch::GroundWatch;
 use crate::motion::nested::{Lap, Limit, NestedSequence};
 use crate::motion::record::{Moment, Motion, Record, Span, ZenoRecord};
+use crate::motion::subject::Subject;
 use crate::options::{Edges, Options, Stop};
 use crate::outcome::{Cause, ContactNumber, ContactSet, End, FirstZeno, Outcome};
 use crate::sustained::BodyState;
@@ -163,7 +163,7 @@ pub(crate) trait Planar: Coordinates {
 impl<'a, C: Coordinates> Driver<'a, C> {
     pub(super) fn with(
         body: C,
-        base: Base,
+        subject: Subject,
         local: bool,
         options: &Options,
         warnings: Vec<String>,
@@ -176,12 +176,9 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             cause: Some(Cause::Start),
             fresh: true,
             nested: NestedSequence::default(),
-            watch: GroundWatch::new(
-                base.posture.as_ref(),
-                options.edges == Edges::Contact && !local,
-            ),
-            edges: EdgeWatch::new(base.posture.as_ref(), options, local),
-            record: Box::new(Record::new(base, warnings)),
+            watch: GroundWatch::new(subject.posture(), options.edges == Edges::Contact && !local),
+            edges: EdgeWatch::new(subject.posture(), options, local),
+            record: Box::new(Record::new(subject, warnings)),
             options: *options,
             body,
             local,
@@ -269,7 +266,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         let faces_down = |posture: &Posture| posture.geometry().iter().all(|k| k.normal.y < 0.0);
         if matches!(outcome, Outcome::Escape | Outcome::TimeLimit)
             && self.log.hits == 0
-            && self.record.base.posture.as_ref().is_some_and(faces_down)
+            && self.record.subject.posture().is_some_and(faces_down)
         {
             self.record.warnings.push(FACES_DOWN.into());
         }
@@ -288,7 +285,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
                     || speed <= 0.0 && points.iter().all(|[x, _]| *x < left))
         };
         if matches!(outcome, Outcome::Escape | Outcome::TimeLimit)
-            && let Some(posture) = &self.record.base.posture
+            && let Some(posture) = self.record.subject.posture()
             && posture.fields().gravity > 0.0
             && let [[left, _], .., [right, _]] = posture.fields().terrain[..]
             && let x = posture.fields().center_of_mass[0] + end.state.q[0]
@@ -315,8 +312,8 @@ impl<'a, C: Coordinates> Driver<'a, C> {
     /// Checks the ground at this state of the body.
     pub(super) fn watch_moment(&mut self, now: &Moment) {
         let Self { watch, record, local, options, .. } = self;
-        let Record { base, warnings, .. } = &mut **record;
-        let Some(posture) = base.posture.as_ref().filter(|_| watch.is_on()) else { return };
+        let Record { subject, warnings, .. } = &mut **record;
+        let Some(posture) = subject.posture().filter(|_| watch.is_on()) else { return };
         let touches = |i: usize| now.gaps[i] == 0.0;
         watch.look(posture, &now.state.q, *local, touches, || options.clock(now.clock), warnings);
     }
@@ -403,7 +400,7 @@ impl<C: Planar> Driver<'_, C> {
             Err(outcome) => return DriverStep::End(outcome),
         };
         // A clone of a posture is cheap: it shares its data.
-        let Some(posture) = self.record.base.posture.clone() else {
+        let Some(posture) = self.record.subject.posture().cloned() else {
             unreachable!("contact phases belong to a body");
         };
         // After a sum whose time is known up to an error, velocities are known up to the change by gravity in this time. Where a contact is
@@ -490,14 +487,14 @@ impl<C: Planar> Driver<'_, C> {
         if let Some(step) = C::stop_slowly(self, b, &body) {
             return step;
         }
-        let size = self.record.base.posture.as_ref().map_or(0.0, Posture::size);
+        let size = self.record.subject.posture().map_or(0.0, Posture::size);
         let (clock, left) = (self.log.clock, self.log.left());
         let fastest = C::largest_speed(self);
         let near = self.nested.land(b, &body, clock, size, fastest, left);
         let Some(limit) = near.or_else(|| self.limit_of_laps(b, &body)) else {
             return DriverStep::Piece;
         };
-        let posture = self.record.base.posture.as_ref();
+        let posture = self.record.subject.posture();
         if posture.is_some_and(|posture| self.edges.is_inside(posture, &limit.end)) {
             return DriverStep::Piece; // it has entered in one of the cycles
         }

@@ -1,20 +1,16 @@
 //! Frames convert the coordinates in which a part of the motion is computed to q and q̇.
 
-use nalgebra::{DVector, Vector2, Vector3};
+use nalgebra::Vector3;
 
-use crate::body::Mechanism;
-
-use crate::body::local_model::{LocalModel, LocalState};
-use crate::body::posture::Posture;
+use crate::body::local_model::LocalModel;
 use crate::body::state::State;
 use crate::collisions::full::{FullState, PairBody};
 use crate::collisions::local::{advance, fly_for};
 use crate::collisions::log::{Center, Spin};
 use crate::math::clock::Clock;
 use crate::math::turn::Turn;
-use crate::math::unsigned_zero::UnsignedZero;
+use crate::motion::subject::Subject;
 use crate::sustained::BodyState;
-use crate::sustained::mechanism::MechanismState;
 use crate::zeno::{FrozenModel, Gaps, Impulses};
 
 /// The state at an instant: in a frozen frame, the gaps and the impulses since its start; in the full model, gaps, centre of mass
@@ -43,100 +39,14 @@ impl Snapshot {
         let BodyState { center, spin, .. } = *body;
         Self { clock, gaps, impulses: Impulses::default(), center, spin }
     }
-}
-
-/// The start of a run and the body it moves.
-#[derive(Debug, Clone)]
-pub(crate) struct Base {
-    pub(crate) posture: Option<Posture>,
-    pub(crate) body: Option<PairBody>,
-    pub(crate) start: State,
-    /// Number of contacts.
-    pub(crate) count: usize,
-    /// A model without a body, and its start.
-    pub(crate) reduced: Option<Box<(LocalModel, LocalState)>>,
-    /// A mechanism, and its start.
-    pub(crate) mechanism: Option<Box<MechanismStart>>,
-}
-
-/// The start of a run of a mechanism.
-#[derive(Debug, Clone)]
-pub(crate) struct MechanismStart {
-    pub(crate) mechanism: Mechanism,
-    /// All coordinates and their rates.
-    pub(crate) q: Vec<f64>,
-    pub(crate) qdot: Vec<f64>,
-    /// The hidden motion, see [`ContactSpace`](crate::body::ContactSpace).
-    pub(crate) hidden: DVector<f64>,
-    pub(crate) hidden_velocity: DVector<f64>,
-}
-
-impl MechanismStart {
-    /// All coordinates and their rates, in m or rad, `t` seconds after the start.
-    pub(crate) fn coordinates(&self, state: &MechanismState, t: f64) -> [Vec<f64>; 2] {
-        let space = self.mechanism.contact_space();
-        let velocity = &self.hidden_velocity + space.hidden() * t;
-        let place = &self.hidden + &self.hidden_velocity * t + space.hidden() * (0.5 * t * t);
-        [(&state.y, place, &self.q), (&state.v, velocity, &self.qdot)].map(|(y, hidden, start)| {
-            let mut all = start.clone();
-            for (&k, value) in space.free().iter().zip(space.whole(y, &hidden).iter()) {
-                all[k] = value.unsigned_zero();
-            }
-            all
-        })
-    }
-}
-
-impl Base {
-    pub(crate) fn of_body(posture: &Posture, body: PairBody, start: &State) -> Self {
-        let count = posture.contacts().len();
-        Self {
-            posture: Some(posture.clone()),
-            body: Some(body),
-            start: *start,
-            count,
-            reduced: None,
-            mechanism: None,
-        }
-    }
-
-    pub(crate) fn of_mechanism(start: MechanismStart) -> Self {
-        let count = start.mechanism.contacts().len();
-        let mechanism = Some(Box::new(start));
-        let start = State::at_rest([0.0; 3]);
-        Self { posture: None, body: None, start, count, reduced: None, mechanism }
-    }
-
-    pub(crate) fn of_parameters(model: &LocalModel, start: LocalState) -> Self {
-        let reduced = Some(Box::new((*model, start)));
-        let start = State::new([0.0, 0.0, start.theta], [0.0, 0.0, start.omega]);
-        Self { posture: None, body: None, start, count: 2, reduced, mechanism: None }
-    }
-
-    pub(crate) fn spin(&self) -> Spin {
-        Spin { theta: self.start.q.z, omega: self.start.qdot.z }
-    }
-
-    pub(crate) fn center(&self) -> Center {
-        let State { q, qdot } = &self.start;
-        Center { r: Vector2::new(q.x, q.y), v: Vector2::new(qdot.x, qdot.y) }
-    }
 
     /// (q, q̇) from a snapshot of the full model. Without a body only θ and ω are defined.
-    pub(crate) fn state(at: &Snapshot) -> State {
-        let Snapshot { center, spin, .. } = at;
+    pub(crate) fn state(&self) -> State {
+        let Self { center, spin, .. } = self;
         State {
             q: Vector3::new(center.r.x, center.r.y, spin.theta),
             qdot: Vector3::new(center.v.x, center.v.y, spin.omega),
         }
-    }
-
-    /// ρ²/(b_i² + ρ²) at rotation `theta`.
-    pub(crate) fn translational_fraction(&self, i: usize, theta: f64) -> f64 {
-        self.body.as_ref().map_or(1.0, |body| {
-            let (b, _) = body.contacts[i].turned(&Turn::by(theta));
-            body.rho2 / (b * b + body.rho2)
-        })
     }
 }
 
@@ -188,7 +98,7 @@ impl Frame {
     }
 
     /// A snapshot of this frame in the coordinates of the full model.
-    pub(crate) fn to_full(&self, base: &Base, raw: &Snapshot) -> Snapshot {
+    pub(crate) fn to_full(&self, subject: &Subject, raw: &Snapshot) -> Snapshot {
         let Some(frozen) = &self.frozen else { return *raw };
         let (start, sum) = (&self.start, &raw.impulses);
         let dt = raw.clock.since(start.clock);
@@ -199,7 +109,7 @@ impl Frame {
             omega: start.spin.omega - (frozen.phi[0] * sum.jump[0] + frozen.phi[1] * sum.jump[1]),
         };
         full.center = start.center;
-        if let Some(body) = &base.body {
+        if let Some(body) = subject.pair() {
             full.center.fly(body.gravity, dt);
             for i in 0..2 {
                 let n = body.contacts[i].normal;
@@ -214,7 +124,7 @@ impl Frame {
     /// q in the frozen geometry, without the correction of rounding errors.
     pub(crate) fn place(
         &self,
-        base: &Base,
+        subject: &Subject,
         frozen: &FrozenModel,
         clock: Clock,
         path: [f64; 2],
@@ -222,7 +132,7 @@ impl Frame {
         let start = &self.start;
         let dt = clock.since(start.clock);
         let mut r = start.center.r + start.center.v * dt;
-        if let Some(body) = &base.body {
+        if let Some(body) = subject.pair() {
             r.y -= 0.5 * body.gravity * dt * dt;
             for i in 0..2 {
                 r += body.contacts[i].normal * (self.fractions[i] * path[i]);
@@ -297,11 +207,17 @@ impl Frame {
     }
 
     /// The state `dt` after `raw` in smooth motion: in flight, or with contacts held.
-    pub(crate) fn smooth(&self, base: &Base, raw: &Snapshot, held: [bool; 2], dt: f64) -> Snapshot {
+    pub(crate) fn smooth(
+        &self,
+        subject: &Subject,
+        raw: &Snapshot,
+        held: [bool; 2],
+        dt: f64,
+    ) -> Snapshot {
         let mut after = *raw;
         after.clock = raw.clock.after(dt);
         let Some(frozen) = &self.frozen else {
-            let Some(body) = base.body else { unreachable!("the full model has a body") };
+            let Some(&body) = subject.pair() else { unreachable!("the full model has a body") };
             let state = FullState::new(body, raw.gaps, raw.center, raw.spin);
             let mut next = state;
             next.fly(dt, &Turn::by(raw.spin.omega * dt));

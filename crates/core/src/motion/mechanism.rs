@@ -11,10 +11,10 @@ use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::modes::Mode;
 use crate::motion::bounces::Bounces;
 use crate::motion::driver::{self, Coordinates as _, Driver, DriverStep};
-use crate::motion::frame::Base;
 use crate::motion::nested::{Landed, NestedSequence};
 use crate::motion::record::{Moment, Motion, Tail, ZenoRecord};
 use crate::motion::slow::{InstantImpacts, SlowContacts, chatter_warning};
+use crate::motion::subject::Subject;
 use crate::options::{Impact, Jams, Options, Stop};
 use crate::outcome::{Cause, Outcome, ZenoMethod};
 use crate::sustained::mechanism::MechanismState;
@@ -140,7 +140,7 @@ impl<'a> Driver<'a, Jointed> {
         mechanism: &Mechanism,
         state: MechanismState,
         place: f64,
-        base: Base,
+        subject: Subject,
         options: &Options,
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
@@ -165,7 +165,7 @@ impl<'a> Driver<'a, Jointed> {
             bounces: Bounces::default(),
             laps: NestedSequence::default(),
         };
-        Self::with(body, base, true, options, warnings, cancel)
+        Self::with(body, subject, true, options, warnings, cancel)
     }
 
     fn note_flight(&mut self) {
@@ -366,7 +366,7 @@ impl<'a> Driver<'a, Jointed> {
         start: &MechanismState,
         fastest: f64,
         tail: Tail,
-        base: &Base,
+        subject: &Subject,
         options: &Options,
         dt: f64,
     ) -> Option<(MechanismState, ContactLetters<Mode>)> {
@@ -384,7 +384,7 @@ impl<'a> Driver<'a, Jointed> {
             mechanism,
             state,
             0.0,
-            base.clone(),
+            subject.clone(),
             &options,
             Vec::new(),
             &|| false,

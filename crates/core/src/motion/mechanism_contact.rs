@@ -155,7 +155,7 @@ impl Driver<'_, Jointed> {
     fn stay(&mut self) -> Outcome {
         let space = self.body.mechanism.contact_space();
         let falls = space.hidden().amax() > 0.0;
-        let start = self.record.base.mechanism.as_ref();
+        let start = self.record.subject.mechanism();
         let drift = start.map_or(0.0, |start| space.reach() * start.hidden_velocity.norm());
         let drifts = drift > Self::still_slide(self);
         if (falls || drifts) && !self.record.warnings.iter().any(|warning| warning == HIDDEN) {

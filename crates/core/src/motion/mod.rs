@@ -19,6 +19,7 @@ mod nested;
 mod sides;
 mod slow;
 mod stages;
+pub(crate) mod subject;
 mod vertices;
 mod without_body;
 

@@ -417,7 +417,7 @@ impl<C: Coordinates> Driver<'_, C> {
 
     /// Speed (m/s) and time (s) of the next landing of contact `b` after one with this speed.
     fn lap(&self, b: usize, body: &BodyState, speed: f64) -> Option<(f64, f64)> {
-        let posture = self.record.base.posture.as_ref()?;
+        let posture = self.record.subject.posture()?;
         let mut start = body.clone();
         let (one, two) = (start.points[b], start.points[1 - b]);
         let along = one.tangent * one.tangent.dot(&start.center.v);
@@ -426,8 +426,8 @@ impl<C: Coordinates> Driver<'_, C> {
         (start.points[b].h, start.points[b].u) = (0.0, -speed);
         (start.points[1 - b].h, start.points[1 - b].u) = (0.0, 0.0);
         let options = self.options.of_resimulated_tail(f64::INFINITY);
-        let base = self.record.base.clone();
-        let mut run = Driver::of_any(posture, start, base, &options, Vec::new(), &|| false);
+        let subject = self.record.subject.clone();
+        let mut run = Driver::of_any(posture, start, subject, &options, Vec::new(), &|| false);
         run.resting[1 - b] = true;
         run.body.fastest = speed;
         run.lap = Some(Lap { contact: b, speed: None });

@@ -14,9 +14,10 @@ use crate::math::clock::Clock;
 use crate::modes::Mode;
 use crate::motion::bounces::{Bounces, Settled};
 use crate::motion::driver::{Coordinates, Driver, DriverStep, Planar};
-use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::frame::{Frame, Snapshot};
 use crate::motion::nested::Limit;
 use crate::motion::record::{InFrame, Moment, Motion, Tail, ZenoRecord};
+use crate::motion::subject::Subject;
 use crate::options::{Options, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Outcome, ZenoMethod};
 use crate::sustained::BodyState;
@@ -67,13 +68,13 @@ impl FrozenState {
 
 impl Frame {
     /// The state of a run from a snapshot of this frame.
-    pub(super) fn state(&self, base: &Base, raw: &Snapshot) -> PairState {
-        match (&self.frozen, base.body) {
+    pub(super) fn state(&self, subject: &Subject, raw: &Snapshot) -> PairState {
+        match (&self.frozen, subject.pair()) {
             (Some(model), _) => {
                 PairState::Frozen(FrozenState { model: *model, gaps: raw.gaps, sum: raw.impulses })
             }
             (None, Some(body)) => {
-                PairState::Full(FullState::new(body, raw.gaps, raw.center, raw.spin))
+                PairState::Full(FullState::new(*body, raw.gaps, raw.center, raw.spin))
             }
             (None, None) => unreachable!("the full model has a body"),
         }
@@ -102,8 +103,8 @@ impl Coordinates for Pair {
         let limit = driver.options.neighbourhood.min(DEPARTED);
         // Without a neighbourhood this takes longer than the age of the universe.
         let may = driver.options.neighbourhood.is_finite() || driver.log.clock.hi > DEPARTS_AFTER;
-        may && driver.record.base.body.is_some() && {
-            let q = Base::state(&driver.full()).q;
+        may && driver.record.subject.pair().is_some() && {
+            let q = driver.full().state().q;
             libm::hypot(q.x, q.y) > limit
         }
     }
@@ -119,8 +120,8 @@ impl Coordinates for Pair {
     }
 
     fn largest_speed(driver: &Driver<'_, Self>) -> f64 {
-        let start = &driver.record.base.start;
-        let Some(posture) = &driver.record.base.posture else { return 0.0 };
+        let start = &driver.record.subject.start();
+        let Some(posture) = driver.record.subject.posture() else { return 0.0 };
         libm::hypot(start.qdot.x, start.qdot.y)
             + posture.size() * start.qdot.z.abs()
             + posture.fields().gravity * driver.log.clock.hi
@@ -144,7 +145,7 @@ impl Coordinates for Pair {
 
     fn rest(driver: &mut Driver<'_, Self>, rests: ContactValues<bool>, fresh: bool) -> DriverStep {
         // For a body, a contact phase decides on contacts at rest; gravity decides at the start only.
-        let asked = fresh || driver.record.base.body.is_none();
+        let asked = fresh || driver.record.subject.pair().is_none();
         let held = if asked { driver.pressed() } else { [false; 2] };
         if fresh {
             if held != [false; 2]
@@ -162,7 +163,7 @@ impl Coordinates for Pair {
             return DriverStep::End(outcome);
         }
         match held {
-            _ if driver.record.base.body.is_some() => driver.contact_phase(rests, fresh),
+            _ if driver.record.subject.pair().is_some() => driver.contact_phase(rests, fresh),
             [false, false] => DriverStep::Flight,
             [true, true] => DriverStep::End(driver.stay(held)),
             _ => driver.hold(held).into(),
@@ -175,7 +176,7 @@ impl Coordinates for Pair {
 
     /// Impacts in these coordinates are frictionless.
     fn last_warnings(driver: &mut Driver<'_, Self>) {
-        let Some(posture) = &driver.record.base.posture else { return };
+        let Some(posture) = driver.record.subject.posture() else { return };
         let mut contacts = posture.contacts().iter().zip(driver.log.struck);
         if contacts.any(|(contact, struck)| struck && contact.friction > 0.0) {
             driver.record.warnings.push(NO_FRICTION.into());
@@ -193,7 +194,7 @@ impl Planar for Pair {
         if all && let Some(modes) = driver.stands(&full, frozen) {
             return Err(driver.rest_in(modes, full, frozen));
         }
-        let body = driver.record.base.body_state(&full, frozen);
+        let body = driver.record.subject.body_state(&full, frozen);
         let mut body = body.unwrap_or_else(|| unreachable!("contact phases belong to a body"));
         if was_frozen {
             body.unfreeze();
@@ -238,28 +239,28 @@ impl Planar for Pair {
 impl<'a> Driver<'a, Pair> {
     pub(crate) fn new(
         first: Frame,
-        base: Base,
+        subject: Subject,
         options: &Options,
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
-        let (state, local) = (first.state(&base, &first.start), first.frozen.is_some());
+        let (state, local) = (first.state(&subject, &first.start), first.frozen.is_some());
         let body = Pair {
-            count: base.count,
+            count: subject.count(),
             state,
             frame: first,
             landings: [None; 2],
             settled: None,
             bounces: Bounces::default(),
         };
-        Self::with(body, base, local, options, warnings, cancel)
+        Self::with(body, subject, local, options, warnings, cancel)
     }
 
     /// The state at time `dt` of a summed tail that begins at `raw`, in the coordinates of the full model, and the modes of the
     /// contacts; `None` if too many collisions come before. `options`: of the run.
     pub(crate) fn resimulate_tail(
         frame: &Frame,
-        base: &Base,
+        subject: &Subject,
         options: &Options,
         raw: &Snapshot,
         tail: Tail,
@@ -279,8 +280,8 @@ impl<'a> Driver<'a, Pair> {
             Tail::Bounce { contact } => {
                 let (t, gaps, own) = frozen.skip_bounces(contact, &raw.gaps, dt);
                 let rest = skip(t, gaps, own).max(0.0);
-                let full = frame.to_full(base, &frame.smooth(base, &near, [false; 2], rest));
-                return Some((full, ContactLetters::from_elem(Mode::Separate, base.count)));
+                let full = frame.to_full(subject, &frame.smooth(subject, &near, [false; 2], rest));
+                return Some((full, ContactLetters::from_elem(Mode::Separate, subject.count())));
             }
             Tail::Cycle { ratio, duration } => {
                 let cycles = (libm::log1p(-dt / duration) / libm::log(ratio)).floor();
@@ -297,8 +298,8 @@ impl<'a> Driver<'a, Pair> {
         // The replay has its own clock: the tail may be shorter than the rounding error of the time at which it begins.
         let mut own = frame.clone();
         own.start.clock = Clock::default().after(-near.clock.since(frame.start.clock));
-        let mut driver = Driver::<Pair>::new(own, base.clone(), &options, Vec::new(), &never);
-        driver.body.state = driver.body.frame.state(&driver.record.base, &near);
+        let mut driver = Driver::<Pair>::new(own, subject.clone(), &options, Vec::new(), &never);
+        driver.body.state = driver.body.frame.state(&driver.record.subject, &near);
         let driver = driver.run_tail()?;
         let full = Snapshot { clock: raw.clock.after(dt), ..driver.full() };
         Some((full, driver.log.word))
@@ -333,7 +334,7 @@ impl<'a> Driver<'a, Pair> {
         let place = match &self.body.state {
             PairState::Full(state) => state.q(),
             PairState::Frozen(state) => self.body.frame.place(
-                &self.record.base,
+                &self.record.subject,
                 &state.model,
                 self.log.clock,
                 state.sum.path,
@@ -355,13 +356,13 @@ impl<'a> Driver<'a, Pair> {
 
     /// Whether the body at this q is so far from the last check of the ground that another one is needed.
     fn has_moved(&self, q: &Vector3<f64>) -> bool {
-        let posture = self.record.base.posture.as_ref();
+        let posture = self.record.subject.posture();
         posture.is_some_and(|posture| !self.watch.is_near(posture, q))
     }
 
     /// The state in the coordinates of the full model.
     pub(super) fn full(&self) -> Snapshot {
-        self.body.frame.to_full(&self.record.base, &self.raw())
+        self.body.frame.to_full(&self.record.subject, &self.raw())
     }
 
     /// Whether the full model is frozen for the last moments of an accumulation.
@@ -595,7 +596,7 @@ impl<'a> Driver<'a, Pair> {
                 self.begin_span(|at| Motion::Tail(at, tail));
             }
             let raw = Snapshot { clock, gaps: end, impulses: own, ..Snapshot::default() };
-            let full = frame.to_full(&self.record.base, &raw);
+            let full = frame.to_full(&self.record.subject, &raw);
             self.log.clock = clock;
             let mut after = FullState::new(state.body, full.gaps, full.center, full.spin);
             after.turn_tail(
@@ -688,7 +689,7 @@ impl<'a> Driver<'a, Pair> {
     /// Sets the frame, and the state at its start.
     pub(super) fn begin_frame(&mut self, frame: Frame) {
         let raw = Snapshot { impulses: Impulses::default(), ..frame.start };
-        self.body.state = frame.state(&self.record.base, &raw);
+        self.body.state = frame.state(&self.record.subject, &raw);
         self.set_frame(frame);
     }
 }

@@ -10,10 +10,11 @@ use crate::collisions::log::Spin;
 use crate::math::turn::Turn;
 use crate::modes::{Mode, Row};
 use crate::motion::driver::{Coordinates, Driver};
-use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::frame::{Frame, Snapshot};
 use crate::motion::nested::Limit;
 use crate::motion::pair::{Pair, PairState};
 use crate::motion::record::{Motion, Tail};
+use crate::motion::subject::Subject;
 use crate::options::Stop;
 use crate::outcome::{Outcome, ZenoMethod};
 use crate::sustained::phase::only_mode_of;
@@ -21,13 +22,13 @@ use crate::sustained::{BodyState, ContactState, Rounding};
 use crate::tolerance::{QUIET_LANDING, REMAINDER_FACTOR, STILL};
 use crate::zeno::Impulses;
 
-impl Base {
+impl Subject {
     /// The body of a snapshot of the full model. `frozen`: the rotation at which the geometry is frozen.
     pub(crate) fn body_state(&self, at: &Snapshot, frozen: Option<Spin>) -> Option<BodyState> {
-        let (body, posture) = (self.body.as_ref()?, self.posture.as_ref()?);
+        let (body, posture) = (self.pair()?, self.posture()?);
         let turned = frozen.unwrap_or(at.spin).theta;
         let turn = Turn::by(turned);
-        let points = (0..self.count).map(|i| {
+        let points = (0..self.count()).map(|i| {
             let k = &body.contacts[i];
             let (b, c) = k.turned(&turn);
             let (normal, tangent) = (k.normal, k.tangent);
@@ -64,7 +65,7 @@ impl Driver<'_, Pair> {
     /// The modes of a body that stays at rest: all contacts rest, and all speeds are rounding error. `None`: closed forms do not
     /// decide.
     pub(super) fn stands(&mut self, at: &Snapshot, frozen: Option<Spin>) -> Option<[Mode; 2]> {
-        let (body, posture) = (self.record.base.body.as_ref()?, self.record.base.posture.as_ref()?);
+        let (body, posture) = (self.record.subject.pair()?, self.record.subject.posture()?);
         let tolerance = STILL * Pair::largest_speed(self);
         let (v, omega) = (at.center.v, at.spin.omega);
         if !(v.x.abs().max(v.y.abs()).max(posture.size() * omega.abs()) <= tolerance) {
@@ -129,7 +130,9 @@ impl Driver<'_, Pair> {
             (full.gaps.h[i], full.gaps.u[i]) = (0.0, 0.0);
         }
         full.impulses = Impulses::default();
-        if let Some(body) = self.record.base.body_state(&full, frozen).filter(|_| self.log.record) {
+        if let Some(body) =
+            self.record.subject.body_state(&full, frozen).filter(|_| self.log.record)
+        {
             let modes = &modes[..self.body.count];
             self.write(Motion::Modes(Box::new(body), modes.into()));
         }
@@ -147,7 +150,7 @@ impl Driver<'_, Pair> {
     /// Contact `b` lands while another is held. If all speeds of the body are below their rounding error, the body comes to rest. If only
     /// the landing speed is, contact `b` comes to rest.
     pub(super) fn stop_slowly(&mut self, b: usize, body: &BodyState) -> Option<Option<Outcome>> {
-        let size = self.record.base.posture.as_ref().map_or(0.0, Posture::size);
+        let size = self.record.subject.posture().map_or(0.0, Posture::size);
         let v = body.state().qdot;
         let left = v.x.abs().max(v.y.abs()).max(size * v.z.abs());
         let fastest = Pair::largest_speed(self);
@@ -193,10 +196,12 @@ impl Driver<'_, Pair> {
     }
 
     fn go_on_from(&mut self, full: Snapshot, frozen: Option<Spin>) {
-        let Some(body) = self.record.base.body else { unreachable!("friction belongs to a body") };
+        let Some(body) = self.record.subject.pair() else {
+            unreachable!("friction belongs to a body")
+        };
         self.begin_frame(match frozen {
             Some(spin) => {
-                let geometry = FullState::new(body, full.gaps, full.center, spin);
+                let geometry = FullState::new(*body, full.gaps, full.center, spin);
                 Frame::frozen(full, &geometry)
             }
             None => Frame::full(full),

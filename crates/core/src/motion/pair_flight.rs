@@ -142,9 +142,9 @@ impl Driver<'_, Pair> {
     }
 
     pub(super) fn move_smoothly(&mut self, held: [bool; 2], dt: f64) {
-        let after = self.body.frame.smooth(&self.record.base, &self.raw(), held, dt);
+        let after = self.body.frame.smooth(&self.record.subject, &self.raw(), held, dt);
         self.log.clock = after.clock;
-        self.body.state = self.body.frame.state(&self.record.base, &after);
+        self.body.state = self.body.frame.state(&self.record.subject, &after);
     }
 
     /// The contacts on the ground, or the next landing and its speed, in words, with the current gravity into the contacts.

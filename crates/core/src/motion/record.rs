@@ -9,7 +9,8 @@ use crate::math::clock::Clock;
 use crate::math::mass_vector::Coordinates;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, MechanismProblem, Mode};
-use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::frame::{Frame, Snapshot};
+use crate::motion::subject::Subject;
 use crate::outcome::{Cause, Instant, Outcome, ZenoMethod};
 use crate::sustained::BodyState;
 use crate::sustained::mechanism::MechanismState;
@@ -36,14 +37,14 @@ pub(crate) enum Motion {
 
 impl Motion {
     /// The mode of each contact. Without a body, motion along the terrain is not modelled: a held contact has the letter F.
-    pub(crate) fn letters(&self, base: &Base) -> String {
-        match (self, &base.posture) {
+    pub(crate) fn letters(&self, subject: &Subject) -> String {
+        match (self, subject.posture()) {
             (Self::Jointed { word, .. }, _) => word.iter().map(|mode| mode.letter()).collect(),
             (Self::Modes(body, word), Some(posture)) => body.letters(word, posture),
             (Self::Held(_, held), _) => {
                 held.map(|held| if held { 'F' } else { 'S' }).iter().collect()
             }
-            _ => "S".repeat(base.count),
+            _ => "S".repeat(subject.count()),
         }
     }
 }
@@ -106,7 +107,7 @@ impl Moment {
         let each = |pair: [f64; 2]| PerContact::from_slice(&pair.unsigned_zero()[..count]);
         Self {
             clock: full.clock,
-            state: Base::state(full).unsigned_zero(),
+            state: full.state().unsigned_zero(),
             gaps: each(full.gaps.h),
             rates: each(full.gaps.u),
             sides: PerContact::new(),
@@ -151,7 +152,7 @@ pub(crate) struct ListedImpact {
 #[derive(Debug, Clone)]
 pub(crate) struct Record {
     pub(crate) outcome: Outcome,
-    pub(crate) base: Base,
+    pub(crate) subject: Subject,
     pub(crate) frames: Vec<Frame>,
     pub(crate) spans: Vec<Span>,
     pub(crate) zeno: Vec<ZenoRecord>,
@@ -172,10 +173,10 @@ pub(crate) struct Record {
 
 impl Record {
     /// Of a run from this start on; the run sets the fields of its end.
-    pub(crate) fn new(base: Base, warnings: Vec<String>) -> Self {
+    pub(crate) fn new(subject: Subject, warnings: Vec<String>) -> Self {
         let end = Moment {
             clock: Clock::default(),
-            state: base.start,
+            state: subject.start(),
             gaps: PerContact::new(),
             rates: PerContact::new(),
             sides: PerContact::new(),
@@ -183,7 +184,7 @@ impl Record {
         };
         Self {
             outcome: Outcome::EventLimit,
-            base,
+            subject,
             frames: Vec::new(),
             spans: Vec::new(),
             zeno: Vec::new(),

@@ -2,7 +2,7 @@
 
 use crate::body::Mechanism;
 use crate::error::{Error, finite};
-use crate::motion::frame::{Base, MechanismStart};
+use crate::motion::subject::{MechanismStart, Subject};
 use crate::motion::{Driver, Jointed};
 use crate::options::{Model, Options};
 use crate::outcome::ModelReason;
@@ -117,15 +117,16 @@ pub fn simulate_mechanism_until(
     points.iter_mut().zip(&heights).for_each(|(p, h)| p.h = h + 0.0);
     clatters(points.iter().enumerate().map(|(i, p)| (p.h, p.u, space.gravity(i))))?;
     let state = MechanismState { y, v, points: points.into_iter().collect() };
-    let base = Base::of_mechanism(MechanismStart {
+    let subject = Subject::Mechanism(Box::new(MechanismStart {
         mechanism: mechanism.clone(),
         q: q.to_vec(),
         qdot: qdot.to_vec(),
         hidden,
         hidden_velocity,
-    });
-    let mut driver =
-        Driver::<Jointed>::of_mechanism(mechanism, state, place, base, options, warnings, cancel);
+    }));
+    let mut driver = Driver::<Jointed>::of_mechanism(
+        mechanism, state, place, subject, options, warnings, cancel,
+    );
     if driver.run().is_none() {
         return Ok(None);
     }

@@ -20,11 +20,13 @@ pub use trajectory::{MOST_SAMPLES, Trajectory};
 use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
+use crate::collisions::log::Spin;
 use crate::enclosure;
 use crate::error::{Error, finite};
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::Driver;
-use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::frame::{Frame, Snapshot};
+use crate::motion::subject::Subject;
 use crate::options::{Impact, Model, Options};
 use crate::outcome::ModelReason;
 pub(crate) use crate::simulate::limits::solvable;
@@ -97,11 +99,11 @@ pub fn simulate_local_until(
     let omega = finite("omega", start.omega)?.unsigned_zero();
     let options = &Options { impact: Impact::Newton, ..*options }; // no contact has friction
     let (h, warnings) = checked(model, gaps, rates, options)?;
-    let base = Base::of_parameters(model, LocalState { gaps, rates, theta, omega });
+    let subject = Subject::Local(Box::new((*model, LocalState { gaps, rates, theta, omega })));
     let gaps = Gaps { h, u: rates };
-    let start = Snapshot { gaps, spin: base.spin(), ..Snapshot::default() };
+    let start = Snapshot { gaps, spin: Spin { theta, omega }, ..Snapshot::default() };
     let first = Frame::reduced(start, model);
-    let mut driver = Driver::new(first, base, options, warnings, cancel);
+    let mut driver = Driver::new(first, subject, options, warnings, cancel);
     if driver.run().is_none() {
         return Ok(None);
     }

@@ -10,7 +10,7 @@ use crate::math::clock::Clock;
 use crate::math::roots::ORDER;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{Mode, Word, mechanism_forces};
-use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::frame::{Frame, Snapshot};
 use crate::motion::record::{InFrame, Moment, Motion, Record};
 use crate::motion::{AnyContacts, Driver, Jointed, Pair};
 use crate::options::Model;
@@ -102,7 +102,7 @@ impl<'a> Reader<'a> {
         Ok(match self.now(t)? {
             None => self.run.record.end.state,
             Some(Now::Body(body, _)) => body.state(),
-            Some(Now::Pair(full) | Now::Tail(full, ..)) => Base::state(&full).unsigned_zero(),
+            Some(Now::Pair(full) | Now::Tail(full, ..)) => full.state().unsigned_zero(),
             Some(Now::Jointed(..)) => self.run.record.end.state,
         })
     }
@@ -113,7 +113,7 @@ impl<'a> Reader<'a> {
     ///
     /// As [`at`](Self::at).
     pub fn coordinates(&mut self, t: f64) -> Result<Option<[Vec<f64>; 2]>, Error> {
-        let Some(start) = &self.run.record.base.mechanism else {
+        let Some(start) = self.run.record.subject.mechanism() else {
             let State { q, qdot } = self.state(t)?;
             return Ok(self.run.posture().map(|_| [q, qdot].map(|v| v.as_slice().to_vec())));
         };
@@ -181,10 +181,10 @@ impl<'a> Reader<'a> {
         if k != self.index {
             (self.index, self.held) = (k, None);
         }
-        let (Record { base, frames, .. }, options) = (&*self.run.record, self.run.options());
+        let (Record { subject, frames, .. }, options) = (&*self.run.record, self.run.options());
         let smooth = |at: &InFrame, held: [bool; 2]| {
             let frame = &frames[at.frame];
-            Now::Pair(frame.to_full(base, &frame.smooth(base, &at.raw, held, dt)))
+            Now::Pair(frame.to_full(subject, &frame.smooth(subject, &at.raw, held, dt)))
         };
         let Some(motion) = self.motion(k) else {
             return Some(match self.run.pieces().ok()?.get(k)?.flight.as_ref()? {
@@ -206,13 +206,13 @@ impl<'a> Reader<'a> {
             Motion::Tail(at, tail) => {
                 let frame = &frames[at.frame];
                 let (full, modes) =
-                    Driver::<Pair>::resimulate_tail(frame, base, options, &at.raw, *tail, dt)?;
+                    Driver::<Pair>::resimulate_tail(frame, subject, options, &at.raw, *tail, dt)?;
                 Now::Tail(full, frame, Cow::Owned(modes.to_vec()))
             }
             Motion::Cycles { start, fastest } => {
                 let posture = self.run.posture()?;
                 let (body, modes) = Driver::<AnyContacts>::resimulate_cycles(
-                    posture, start, *fastest, base, options, dt,
+                    posture, start, *fastest, subject, options, dt,
                 )?;
                 Now::Body(body, Cow::Owned(modes.to_vec()))
             }
@@ -224,7 +224,7 @@ impl<'a> Reader<'a> {
             Motion::JointedTail { start, fastest, tail } => {
                 let mechanism = self.run.mechanism()?;
                 let (state, modes) = Driver::<Jointed>::resimulate_sum(
-                    mechanism, start, *fastest, *tail, base, options, dt,
+                    mechanism, start, *fastest, *tail, subject, options, dt,
                 )?;
                 Now::Jointed(Box::new(state), Cow::Owned(modes.to_vec()))
             }
@@ -271,7 +271,7 @@ impl<'a> Reader<'a> {
         let body = match self.moving(k, dt).ok_or_else(|| too_deep(t))? {
             Now::Body(body, modes) => Some((body, modes)),
             Now::Tail(full, frame, modes) => {
-                let body = self.run.record.base.body_state(&full, Some(frame.spin));
+                let body = self.run.record.subject.body_state(&full, Some(frame.spin));
                 body.map(|body| (body, modes))
             }
             Now::Pair(_) | Now::Jointed(..) => None,

@@ -186,9 +186,9 @@ impl<'a> Simulation<'a> {
                 return Some(pair.record);
             }
         };
-        let base = pair.record.base.clone();
+        let subject = pair.record.subject.clone();
         let body = Start::body_state(posture, &end.state, &end.gaps, &end.rates, local);
-        let driver = Driver::of_any(posture, body, base, options, Vec::new(), cancel);
+        let driver = Driver::of_any(posture, body, subject, options, Vec::new(), cancel);
         let mut driver = driver.after_pair(pair);
         driver.run_stages(changes, options)?;
         Some(driver.record)

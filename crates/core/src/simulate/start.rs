@@ -10,7 +10,8 @@ use crate::collisions::full::{FullState, PairBody};
 use crate::collisions::log::{Center, Spin};
 use crate::error::{Error, in_range};
 use crate::math::turn::Turn;
-use crate::motion::frame::{Base, Frame, Snapshot};
+use crate::motion::frame::{Frame, Snapshot};
+use crate::motion::subject::Subject;
 use crate::motion::{AnyContacts, Driver, Pair};
 use crate::options::{Model, Options};
 use crate::outcome::ContactSet;
@@ -114,11 +115,9 @@ impl Start {
         cancel: &'c dyn Fn() -> bool,
     ) -> Driver<'c, AnyContacts> {
         let Self { model, heights, rates, warnings } = self;
-        let body =
-            PairBody::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
-        let base = Base::of_body(posture, body, state);
+        let subject = Subject::of_body(posture, state);
         let start = Self::body_state(posture, state, &heights, &rates, model == Model::Local);
-        Driver::of_any(posture, start, base, options, warnings, cancel)
+        Driver::of_any(posture, start, subject, options, warnings, cancel)
     }
 
     /// The state of the body, with these gaps (m) and rates (m/s) of its contacts.
@@ -192,12 +191,13 @@ impl Start {
         let Self { model, heights, rates, warnings, .. } = self;
         let body =
             PairBody::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
-        let base = Base::of_body(posture, body, state);
+        let subject = Subject::of_body(posture, state);
         let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
         for (i, (h, u)) in heights.into_iter().zip(rates).enumerate() {
             (gaps.h[i], gaps.u[i]) = (h, u);
         }
-        let (center, spin) = (base.center(), base.spin());
+        let center = Center { r: state.q.xy(), v: state.qdot.xy() };
+        let spin = Spin { theta: state.q.z, omega: state.qdot.z };
         let start = Snapshot { gaps, center, spin, ..Snapshot::default() };
         let first = match model {
             Model::Local => {
@@ -206,6 +206,6 @@ impl Start {
             }
             _ => Frame::full(start),
         };
-        Driver::new(first, base, options, warnings, cancel)
+        Driver::new(first, subject, options, warnings, cancel)
     }
 }

@@ -240,7 +240,7 @@ impl Trajectory {
     ) -> Self {
         record.acceleration = record.acceleration.take().unsigned_zero();
         let options = Options { simultaneous: Some(options.policy()), ..options };
-        let most = options.events(record.base.count);
+        let most = options.events(record.subject.count());
         let lost = record.warnings.iter().any(|warning| warning == LOST_PHASE);
         if record.outcome == Outcome::EventLimit && most < options.event_limit && !lost {
             record.warnings.push(format!(
@@ -312,19 +312,19 @@ impl Trajectory {
     /// The posture; `None` for a run of a [`LocalModel`](crate::body::LocalModel) given by parameters.
     #[must_use]
     pub fn posture(&self) -> Option<&Posture> {
-        self.record.base.posture.as_ref()
+        self.record.subject.posture()
     }
 
     /// The state at the start; for a model without a body only θ and ω are defined.
     #[must_use]
-    pub fn start(&self) -> &State {
-        &self.record.base.start
+    pub fn start(&self) -> State {
+        self.record.subject.start()
     }
 
     /// The model without a body, if the run has one, with its start.
     #[must_use]
     pub fn local_start(&self) -> Option<&(LocalModel, LocalState)> {
-        self.record.base.reduced.as_deref()
+        self.record.subject.local()
     }
 
     /// Time on the clock when the outcome was reached, in s.
@@ -506,7 +506,7 @@ impl Trajectory {
 
     /// q and q̇ of a body or a mechanism at this moment.
     fn values(&self, at: &Moment) -> Option<(Vec<f64>, Vec<f64>)> {
-        match (&self.record.base.mechanism, &at.mechanism) {
+        match (self.record.subject.mechanism(), &at.mechanism) {
             (Some(start), Some(state)) => Some(start.coordinates(state, at.clock.hi).into()),
             _ => self
                 .posture()
@@ -517,7 +517,7 @@ impl Trajectory {
     /// The mechanism of the run, if it is not that of a body.
     #[must_use]
     pub fn mechanism(&self) -> Option<&Mechanism> {
-        self.record.base.mechanism.as_ref().map(|start| &start.mechanism)
+        self.record.subject.mechanism().map(|start| &start.mechanism)
     }
 
     /// q and q̇ at the end, in m or rad and per s: of a body three, of a mechanism one value for each coordinate; `None` for a model without a
@@ -530,7 +530,7 @@ impl Trajectory {
     /// q and q̇ at the start, of a mechanism.
     #[must_use]
     pub fn mechanism_start(&self) -> Option<[&[f64]; 2]> {
-        self.record.base.mechanism.as_ref().map(|start| [&*start.q, &*start.qdot])
+        self.record.subject.mechanism().map(|start| [&*start.q, &*start.qdot])
     }
 
     /// The contact modes in order; empty unless recorded.
@@ -545,7 +545,7 @@ impl Trajectory {
         let mut starts: Vec<Clock> = Vec::new();
         for span in &self.record.spans {
             let (clock, cause) = (span.clock, span.cause);
-            let mut mode = span.motion.letters(&self.record.base);
+            let mut mode = span.motion.letters(&self.record.subject);
             let known = self.count() + self.record.sides.len();
             mode.extend(std::iter::repeat_n('S', known.saturating_sub(mode.len())));
             let start = self.clock(clock);
@@ -741,12 +741,12 @@ impl Trajectory {
             posture: self.posture(),
             local_model: local.map(|(model, _)| model),
             mechanism: self.mechanism(),
-            start: match (local, &self.record.base.mechanism) {
+            start: match (local, self.record.subject.mechanism()) {
                 (Some((_, start)), _) => WrittenStart::Gaps(*start),
                 (_, Some(start)) => {
                     WrittenStart::Coordinates { q: start.q.clone(), qdot: start.qdot.clone() }
                 }
-                _ => WrittenStart::Body(*self.start()),
+                _ => WrittenStart::Body(self.start()),
             },
         }
     }
@@ -799,7 +799,7 @@ impl Trajectory {
     }
 
     pub(super) fn count(&self) -> usize {
-        self.record.base.count
+        self.record.subject.count()
     }
 
     fn each(&self, pair: [f64; 2]) -> Vec<f64> {
@@ -850,7 +850,7 @@ impl Trajectory {
                 let body = record.bodies.get(index).copied().unwrap_or_default();
                 let frozen =
                     start.map(|at| &record.frames[at.frame]).filter(|f| f.frozen.is_some());
-                let own = |theta: f64| record.base.translational_fraction(i, theta);
+                let own = |theta: f64| record.subject.translational_fraction(i, theta);
                 expanded.fractions.push(
                     frozen.map_or_else(|| own(body.1.theta), |f| f.translational_fraction(i)),
                 );

@@ -1,0 +1,127 @@
+//! What moves in a run, and its start.
+
+use nalgebra::DVector;
+
+use crate::body::Mechanism;
+use crate::body::local_model::{LocalModel, LocalState};
+use crate::body::posture::Posture;
+use crate::body::state::State;
+use crate::collisions::full::PairBody;
+use crate::math::turn::Turn;
+use crate::math::unsigned_zero::UnsignedZero;
+use crate::sustained::mechanism::MechanismState;
+
+/// What moves in a run, and its start.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "most runs are of a body, and a box costs an allocation"
+)]
+#[derive(Debug, Clone)]
+pub(crate) enum Subject {
+    Body(BodyStart),
+    Mechanism(Box<MechanismStart>),
+    /// A local model without a body.
+    Local(Box<(LocalModel, LocalState)>),
+}
+
+/// The start of a run of a body.
+#[derive(Debug, Clone)]
+pub(crate) struct BodyStart {
+    pub(crate) posture: Posture,
+    /// The first two contacts.
+    pub(crate) pair: PairBody,
+    pub(crate) start: State,
+}
+
+/// The start of a run of a mechanism.
+#[derive(Debug, Clone)]
+pub(crate) struct MechanismStart {
+    pub(crate) mechanism: Mechanism,
+    /// All coordinates and their rates.
+    pub(crate) q: Vec<f64>,
+    pub(crate) qdot: Vec<f64>,
+    /// The hidden motion, see [`ContactSpace`](crate::body::ContactSpace).
+    pub(crate) hidden: DVector<f64>,
+    pub(crate) hidden_velocity: DVector<f64>,
+}
+
+impl MechanismStart {
+    /// All coordinates and their rates, in m or rad, `t` seconds after the start.
+    pub(crate) fn coordinates(&self, state: &MechanismState, t: f64) -> [Vec<f64>; 2] {
+        let space = self.mechanism.contact_space();
+        let velocity = &self.hidden_velocity + space.hidden() * t;
+        let place = &self.hidden + &self.hidden_velocity * t + space.hidden() * (0.5 * t * t);
+        [(&state.y, place, &self.q), (&state.v, velocity, &self.qdot)].map(|(y, hidden, start)| {
+            let mut all = start.clone();
+            for (&k, value) in space.free().iter().zip(space.whole(y, &hidden).iter()) {
+                all[k] = value.unsigned_zero();
+            }
+            all
+        })
+    }
+}
+
+impl Subject {
+    pub(crate) fn of_body(posture: &Posture, start: &State) -> Self {
+        let pair =
+            PairBody::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
+        Self::Body(BodyStart { posture: posture.clone(), pair, start: *start })
+    }
+
+    pub(crate) fn posture(&self) -> Option<&Posture> {
+        match self {
+            Self::Body(body) => Some(&body.posture),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn pair(&self) -> Option<&PairBody> {
+        match self {
+            Self::Body(body) => Some(&body.pair),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn mechanism(&self) -> Option<&MechanismStart> {
+        match self {
+            Self::Mechanism(start) => Some(start),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn local(&self) -> Option<&(LocalModel, LocalState)> {
+        match self {
+            Self::Local(local) => Some(local),
+            _ => None,
+        }
+    }
+
+    /// q and q̇ at the start. Of a model without a body only θ and ω are defined; of a mechanism, nothing.
+    pub(crate) fn start(&self) -> State {
+        match self {
+            Self::Body(body) => body.start,
+            Self::Mechanism(_) => State::at_rest([0.0; 3]),
+            Self::Local(local) => {
+                let LocalState { theta, omega, .. } = local.1;
+                State::new([0.0, 0.0, theta], [0.0, 0.0, omega])
+            }
+        }
+    }
+
+    /// Number of contacts.
+    pub(crate) fn count(&self) -> usize {
+        match self {
+            Self::Body(body) => body.posture.contacts().len(),
+            Self::Mechanism(start) => start.mechanism.contacts().len(),
+            Self::Local(_) => 2,
+        }
+    }
+
+    /// ρ²/(b_i² + ρ²) at rotation `theta`, of contact i of two; 1 without a body.
+    pub(crate) fn translational_fraction(&self, i: usize, theta: f64) -> f64 {
+        self.pair().map_or(1.0, |pair| {
+            let (b, _) = pair.contacts[i].turned(&Turn::by(theta));
+            pair.rho2 / (b * b + pair.rho2)
+        })
+    }
+}
