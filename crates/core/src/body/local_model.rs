@@ -97,10 +97,10 @@ impl LocalModel {
         let LocalModelFields { gravity, psi, phi, restitution } = fields;
         for i in 0..2 {
             let number = i + 1;
-            error::effective_gravity(format!("gravity.{number}"), gravity[i])?;
-            finite(format!("psi.{number}"), psi[i])?;
-            finite(format!("phi.{number}"), phi[i])?;
-            self::restitution(format!("restitution.{number}"), restitution[i])?;
+            error::effective_gravity(format_args!("gravity.{number}"), gravity[i])?;
+            finite(format_args!("psi.{number}"), psi[i])?;
+            finite(format_args!("phi.{number}"), phi[i])?;
+            self::restitution(format_args!("restitution.{number}"), restitution[i])?;
         }
         let product = psi[0] * psi[1];
         in_range(

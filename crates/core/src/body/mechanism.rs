@@ -102,7 +102,7 @@ pub struct Mechanism(Arc<Parts>);
 #[derive(Debug, Clone, PartialEq)]
 struct Parts {
     fields: MechanismFields,
-    space: ContactSpace,
+    space: Arc<ContactSpace>,
 }
 
 impl TryFrom<MechanismFields> for Mechanism {
@@ -130,7 +130,7 @@ impl Mechanism {
     pub fn new(fields: MechanismFields) -> Result<Self, Error> {
         let fields = checked(fields)?;
         let space = ContactSpace::of(&fields)?;
-        Ok(Self(Arc::new(Parts { fields, space })))
+        Ok(Self(Arc::new(Parts { fields, space: Arc::new(space) })))
     }
 
     /// A rigid body in its nominal posture as a mechanism with q = (x, y, θ): its contacts that touch.
@@ -201,6 +201,10 @@ impl Mechanism {
     #[must_use]
     pub fn contact_space(&self) -> &ContactSpace {
         &self.0.space
+    }
+
+    pub(crate) fn shared_space(&self) -> Arc<ContactSpace> {
+        Arc::clone(&self.0.space)
     }
 
     /// The frictionless local model of the gaps of two contacts: ψ_i = −W_12/W_ii and g_i = −b_i of the normal rows. A mechanism has no

@@ -165,8 +165,16 @@ impl MassVector for Vector3<f64> {
 }
 
 /// Any number of components, without allocation for up to four.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, PartialEq, Default)]
 pub(crate) struct Coordinates(SmallVec<[f64; 4]>);
+
+/// Written by hand: the derived `clone` copies the numbers one by one.
+impl Clone for Coordinates {
+    #[inline]
+    fn clone(&self) -> Self {
+        Self(SmallVec::from_slice(&self.0))
+    }
+}
 
 impl Coordinates {
     pub(crate) fn from_iter(components: impl IntoIterator<Item = f64>) -> Self {
@@ -209,8 +217,11 @@ impl MassVector for Coordinates {
         self.0.iter().fold(0.0, |most, x| most.max(x.abs()))
     }
 
+    #[inline]
     fn divided(&self, by: f64) -> Self {
-        Self(self.0.iter().map(|x| x / by).collect())
+        let mut divided = self.clone();
+        divided.0.iter_mut().for_each(|x| *x /= by);
+        divided
     }
 
     fn components(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
@@ -231,14 +242,15 @@ impl MassVector for Coordinates {
 /// Independent ones of these rows, with the orthonormal directions that they span: each direction is the part of its row that is orthogonal to
 /// the rows before it. The row with the largest part, in units of its length, comes first. `apart`: the least such part.
 pub(crate) fn independent<V: MassVector>(rows: &[&V], apart: f64) -> SmallVec<[(usize, V); 4]> {
-    let mut left: SmallVec<[(V, f64); 4]> =
-        rows.iter().map(|row| ((*row).clone(), row.norm())).collect();
+    let mut left: SmallVec<[(V, f64); 4]> = SmallVec::new();
+    left.extend(rows.iter().map(|row| ((*row).clone(), row.norm())));
     let mut basis: SmallVec<[(usize, V); 4]> = SmallVec::new();
     let Some(dimension) = rows.first().map(|row| row.len()) else { return basis };
-    while basis.len() < dimension {
-        let share = |(rest, length): &(V, f64)| rest.norm() / length;
-        let longest = (0..left.len()).max_by(|&i, &j| share(&left[i]).total_cmp(&share(&left[j])));
-        let Some(k) = longest.filter(|&k| share(&left[k]) > apart) else { break };
+    while basis.len() < dimension.min(rows.len()) {
+        let shares: SmallVec<[f64; 8]> =
+            left.iter().map(|(rest, length)| rest.norm() / length).collect();
+        let longest = (0..left.len()).max_by(|&i, &j| shares[i].total_cmp(&shares[j]));
+        let Some(k) = longest.filter(|&k| shares[k] > apart) else { break };
         let mut axis = left[k].0.divided(left[k].0.norm());
         // The part along earlier directions is rounding error, which a short rest magnifies.
         for (_, before) in &basis {

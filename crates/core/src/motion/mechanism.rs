@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use crate::body::contact::{ContactLetters, ContactValues, PerContact};
-use crate::body::{ContactSpace, Mechanism, State};
+use crate::body::{ContactSpace, State};
 use crate::collisions::local::{LocalCollisions, LoopExit, are_one};
 use crate::collisions::log::LastImpacts;
 use crate::math::mass_vector::{Coordinates, MassVector};
@@ -17,21 +17,19 @@ use crate::motion::slow::{InstantImpacts, SlowContacts, chatter_warning};
 use crate::motion::subject::Subject;
 use crate::options::{Impact, Jams, Options, Stop};
 use crate::outcome::{Cause, Outcome, ZenoMethod};
-use crate::sustained::mechanism::MechanismState;
-use crate::tolerance::{DEPARTED, PARALLEL_GAP_ROWS, STILL};
+use crate::sustained::frozen::Frozen;
+use crate::tolerance::{DEPARTED, STILL};
 use crate::zeno::{FrozenModel, Gaps, Impulses};
 
 /// The coordinates of a mechanism.
 pub(crate) struct Jointed {
-    pub(super) mechanism: Mechanism,
-    pub(super) friction: ContactValues<f64>,
-    pub(super) state: MechanismState,
+    pub(super) state: Frozen,
     /// The largest speed of a contact so far, in m/s.
     pub(super) fastest: f64,
     /// Size of the gaps at the start, in m.
     pub(super) place: f64,
-    /// The local model of one or two contacts, if impacts are frictionless.
-    pub(super) model: Option<FrozenModel>,
+    /// Whether impacts are frictionless.
+    pub(super) frictionless: bool,
     pub(super) sequence: InstantImpacts<Coordinates>,
     pub(super) slow: SlowContacts,
     /// Contacts that were set to rest because they chattered, and the speed below which they did, in m/s.
@@ -46,7 +44,7 @@ pub(crate) struct Jointed {
 
 impl Jointed {
     pub(super) fn space(&self) -> &ContactSpace {
-        self.mechanism.contact_space()
+        self.state.space()
     }
 
     /// Size of the displacements so far, in m: of the gaps at the start, and of a throw at the largest speed.
@@ -73,14 +71,14 @@ impl driver::Coordinates for Jointed {
 
     fn has_left(driver: &mut Driver<'_, Self>) -> bool {
         let limit = driver.options.neighbourhood.min(DEPARTED);
-        let Jointed { state, mechanism, fastest, .. } = &mut driver.body;
-        let space = mechanism.contact_space();
+        let Jointed { state, fastest, .. } = &mut driver.body;
+        let space = state.space();
         let far = |i: usize| {
             let moved =
                 space.tangent(i).dot(&state.y).abs().max(space.normal_row(i).dot(&state.y).abs());
             moved > limit
         };
-        *fastest = fastest.max(state.speed(space));
+        *fastest = fastest.max(state.speed());
         (0..space.count()).any(far)
     }
 
@@ -114,9 +112,9 @@ impl driver::Coordinates for Jointed {
     fn fly(driver: &mut Driver<'_, Self>) -> Option<Outcome> {
         driver.resting.fill(false);
         driver.note_flight();
-        match driver.body.model {
-            Some(model) => driver.clatter(&model),
-            None => driver.next_touchdown(),
+        match driver.body.state.rows.gaps {
+            Some(model) if driver.body.frictionless => driver.clatter(&model),
+            _ => driver.next_touchdown(),
         }
     }
 
@@ -137,25 +135,18 @@ impl driver::Coordinates for Jointed {
 impl<'a> Driver<'a, Jointed> {
     /// `place`: size of the displacements at the start, in m.
     pub(crate) fn of_mechanism(
-        mechanism: &Mechanism,
-        state: MechanismState,
+        state: Frozen,
         place: f64,
         subject: Subject,
         options: &Options,
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
-        let space = mechanism.contact_space();
-        let friction: ContactValues<f64> =
-            mechanism.contacts().iter().map(|contact| contact.friction).collect();
-        let frictionless = options.impact == Impact::Newton && options.jams == Jams::None
-            || friction.iter().all(|mu| *mu == 0.0);
         let body = Jointed {
-            model: if frictionless { frozen_model(mechanism) } else { None },
-            friction,
-            fastest: state.speed(space),
+            frictionless: options.impact == Impact::Newton && options.jams == Jams::None
+                || state.rows.friction.iter().all(|mu| *mu == 0.0),
+            fastest: state.speed(),
             sequence: InstantImpacts::none(Coordinates::zeros(state.v.len())),
-            mechanism: mechanism.clone(),
             state,
             place,
             slow: SlowContacts::default(),
@@ -199,12 +190,12 @@ impl<'a> Driver<'a, Jointed> {
 
     /// Flight to the next touchdown.
     fn next_touchdown(&mut self) -> Option<Outcome> {
-        let times = self.body.state.touchdowns(self.body.space());
+        let times = self.body.state.touchdowns();
         let first = times.iter().copied().fold(f64::INFINITY, f64::min);
         if let Some(outcome) = self.ends_before(first) {
             return Some(outcome);
         }
-        self.body.state = self.body.state.flown(self.body.space(), first);
+        self.body.state = self.body.state.flown(first);
         self.log.clock = self.log.clock.after(first);
         for (p, t) in self.body.state.points.iter_mut().zip(&times) {
             if *t == first {
@@ -223,7 +214,7 @@ impl<'a> Driver<'a, Jointed> {
         if left == f64::INFINITY {
             return Some(Outcome::Escape);
         }
-        self.body.state = self.body.state.flown(self.body.space(), left.max(0.0));
+        self.body.state = self.body.state.flown(left.max(0.0));
         self.log.clock = self.log.clock.after(left.max(0.0));
         Some(Outcome::TimeLimit)
     }
@@ -246,7 +237,7 @@ impl<'a> Driver<'a, Jointed> {
             }
         };
         let dt = self.log.clock.since(start);
-        self.body.state = self.body.state.hit(self.body.space(), dt, &sum, &gaps);
+        self.body.state = self.body.state.hit(dt, &sum, &gaps);
         match exit {
             LoopExit::Bounce { contact, duration } => {
                 let (end, own) = model.end_bounce(contact, &gaps, duration);
@@ -279,7 +270,7 @@ impl<'a> Driver<'a, Jointed> {
     /// Moves to the end of a tail of this duration.
     fn skip(&mut self, tail: Tail, t: f64, own: &Impulses, end: &Gaps) {
         self.write_sum(tail);
-        self.body.state = self.body.state.hit(self.body.space(), t, own, end);
+        self.body.state = self.body.state.hit(t, own, end);
         self.log.clock = self.log.clock.after(t);
     }
 
@@ -299,7 +290,7 @@ impl<'a> Driver<'a, Jointed> {
         if method != ZenoMethod::Rest {
             self.cause = Some(Cause::Zeno);
         }
-        let stops = contacts.iter().all(|&i| self.body.mechanism.restitution(i) == 0.0);
+        let stops = contacts.iter().all(|&i| self.body.state.rows.material[i].restitution == 0.0);
         let (clock, at) = (self.log.clock, Jointed::moment(self));
         if let Some(last) = self.record.zeno.last_mut()
             && method != ZenoMethod::Rest
@@ -331,7 +322,7 @@ impl<'a> Driver<'a, Jointed> {
     /// All contacts have just bounced in step, with gaps zero: if they go on to do so for ever, moves to the limit.
     pub(super) fn bounce_in_step(&mut self) -> Option<Option<Outcome>> {
         let (space, state) = (self.body.space(), &self.body.state);
-        let e = |i: usize| self.body.mechanism.restitution(i);
+        let e = |i: usize| self.body.state.rows.material[i].restitution;
         let flight = |i: usize| 2.0 * state.points[i].u / space.gravity(i);
         let alike = |i: usize| are_one(flight(i), flight(0)) && e(i) == e(0);
         let rises = |i: usize| state.points[i].h == 0.0 && state.points[i].u > 0.0;
@@ -348,7 +339,7 @@ impl<'a> Driver<'a, Jointed> {
             return None;
         }
         self.write_sum(Tail::Collisions);
-        let mut end = self.body.state.flown(self.body.space(), t);
+        let mut end = self.body.state.flown(t);
         // All impulses act along the normal rows, along which nothing has moved at the limit.
         let way = self.body.along(end.y.plus(&self.body.state.y, -1.0));
         end.y = self.body.state.y.plus(&way, 1.0);
@@ -362,49 +353,26 @@ impl<'a> Driver<'a, Jointed> {
 
     /// The state and the modes at time `dt` within a sum of impacts; `None` if too many events come before that time. `options`: of the run.
     pub(crate) fn resimulate_sum(
-        mechanism: &Mechanism,
-        start: &MechanismState,
+        start: &Frozen,
         fastest: f64,
         tail: Tail,
         subject: &Subject,
         options: &Options,
         dt: f64,
-    ) -> Option<(MechanismState, ContactLetters<Mode>)> {
-        let space = mechanism.contact_space();
+    ) -> Option<(Frozen, ContactLetters<Mode>)> {
         let (mut state, mut left) = (start.clone(), dt);
-        if let (Tail::Bounce { contact }, Some(model)) = (tail, frozen_model(mechanism)) {
+        if let (Tail::Bounce { contact }, Some(model)) = (tail, &start.rows.gaps) {
             let (t, gaps, own) = model.skip_bounces(contact, &start.gaps(), dt);
-            (state, left) = (start.hit(space, t, &own, &gaps), (dt - t).max(0.0));
+            (state, left) = (start.hit(t, &own, &gaps), (dt - t).max(0.0));
             let word = ContactLetters::from_elem(Mode::Separate, state.points.len());
-            return Some((state.flown(space, left), word));
+            return Some((state.flown(left), word));
         }
         let options = options.of_resimulated_tail(left);
         let resting = state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
-        let mut run = Driver::of_mechanism(
-            mechanism,
-            state,
-            0.0,
-            subject.clone(),
-            &options,
-            Vec::new(),
-            &|| false,
-        );
+        let mut run =
+            Driver::of_mechanism(state, 0.0, subject.clone(), &options, Vec::new(), &|| false);
         run.resting = resting;
         run.body.fastest = fastest;
         run.run_tail().map(|run| (run.body.state, run.log.word))
     }
-}
-
-/// The model of the gaps of one or two contacts whose normal rows are independent.
-fn frozen_model(mechanism: &Mechanism) -> Option<FrozenModel> {
-    use crate::body::{LocalModel, LocalModelFields};
-    if mechanism.contacts().len() == 1 {
-        let gravity = [mechanism.contact_space().gravity(0), 0.0];
-        let restitution = [mechanism.restitution(0), 0.0];
-        let fields = LocalModelFields { gravity, restitution, ..LocalModelFields::default() };
-        return Some(FrozenModel::new(&LocalModel::frozen(fields)));
-    }
-    let local = mechanism.local().ok()?;
-    let [one, two] = local.psi();
-    (1.0 - one * two > PARALLEL_GAP_ROWS).then(|| FrozenModel::new(&local))
 }

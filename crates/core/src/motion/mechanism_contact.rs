@@ -8,7 +8,7 @@ use crate::motion::driver::{Driver, DriverStep};
 use crate::motion::mechanism::Jointed;
 use crate::options::Stop;
 use crate::outcome::{Cause, ContactNumber, Outcome, ZenoMethod};
-use crate::sustained::mechanism::{MechanismState, ModeEnd};
+use crate::sustained::frozen::{Frozen, ModeEnd};
 use crate::tolerance::{BODY_STOPPED, DEPARTED, SLOWER_SLIDE, STILL, TOUCH};
 
 /// The warning of a run in which the contacts rest and other coordinates move on.
@@ -24,21 +24,25 @@ impl Driver<'_, Jointed> {
         mut rests: ContactValues<bool>,
         fresh: bool,
     ) -> DriverStep {
-        let space = self.body.mechanism.contact_space();
+        if rests.iter().zip(&self.resting).all(|(rests, known)| *rests && *known)
+            && let Some(word) = self.stands()
+        {
+            return DriverStep::End(self.stand(word));
+        }
         let (count, touch) = (rests.len(), TOUCH * self.body.place());
         for i in 0..count {
             let touches = !rests[i] && self.body.state.points[i].h <= touch;
-            rests[i] |= touches && MechanismState::depends(space, i, &rests);
+            rests[i] |= touches && self.body.state.depends(i, &rests);
             if rests[i] {
                 (self.body.state.points[i].h, self.body.state.points[i].u) = (0.0, 0.0);
             }
         }
         let word: ContactLetters<Mode> =
             rests.iter().map(|on| if *on { Mode::Right } else { Mode::Separate }).collect();
-        self.body.state.project(space, &word, &self.body.friction);
+        self.body.state.project(&word);
         let new: Vec<usize> = (0..count)
             .filter(|&i| rests[i] && !self.resting[i])
-            .filter(|&i| match space.gravity(i) {
+            .filter(|&i| match self.body.space().gravity(i) {
                 0.0 => !fresh,
                 pull => pull > 0.0,
             })
@@ -56,37 +60,19 @@ impl Driver<'_, Jointed> {
                 Err(Outcome::Inconsistent) if self.jam() => return self.stop_slow(0.0).into(),
                 Err(outcome) => return DriverStep::End(outcome),
             };
-            let mut word = chosen.word.clone();
+            let word = chosen.word.clone();
             for (way, mode) in ways.iter_mut().zip(&word) {
                 *way = (*mode != Mode::Separate).then_some(mode.direction() as i8);
             }
             if word.iter().all(|&mode| mode == Mode::Separate) {
                 return DriverStep::Flight;
             }
-            let rests = self.is_at_rest(&chosen);
-            if rests {
-                self.body.state.v.clear();
-                for (i, mode) in word.iter_mut().enumerate() {
-                    self.body.state.points[i].u = 0.0;
-                    if *mode != Mode::Separate && self.body.friction[i] == 0.0 {
-                        *mode = Mode::Fixed; // forces do not change
-                    }
-                }
-            } else {
-                let Jointed { state, mechanism, friction, .. } = &mut self.body;
-                state.hold(mechanism.contact_space(), &word, friction);
+            if self.is_at_rest(&chosen) {
+                return DriverStep::End(self.stand(word));
             }
-            self.log.enter(&word);
-            self.body.laps.hold(&word, self.log.clock);
-            for (resting, mode) in self.resting.iter_mut().zip(&word) {
-                *resting = *mode != Mode::Separate;
-            }
-            let still = || mass_vector::Coordinates::zeros(chosen.acceleration.len());
-            let acceleration = if rests { still() } else { chosen.acceleration.clone() };
-            self.write_modes(word.clone(), acceleration);
-            if rests {
-                return DriverStep::End(self.stay());
-            }
+            self.body.state.hold(&word);
+            self.enter(&word);
+            self.write_modes(word.clone(), chosen.acceleration.clone());
             match self.hold_on(&word, &chosen) {
                 Ok(i) => {
                     self.cause = Some(Cause::Stop(ContactNumber::of(i)));
@@ -100,16 +86,70 @@ impl Driver<'_, Jointed> {
         }
     }
 
+    fn enter(&mut self, word: &[Mode]) {
+        self.log.enter(word);
+        self.body.laps.hold(word, self.log.clock);
+        for (resting, mode) in self.resting.iter_mut().zip(word) {
+            *resting = *mode != Mode::Separate;
+        }
+    }
+
+    /// The modes in which the mechanism, with all contacts closed, stays at rest: all speeds are rounding errors, and nothing is accelerated.
+    /// `None`: more has to be known.
+    fn stands(&self) -> Option<ContactLetters<Mode>> {
+        let (state, space) = (&self.body.state, self.body.space());
+        let rows = &state.rows;
+        if !(state.speed() <= Self::still_slide(self)) {
+            return None;
+        }
+        let count = rows.friction.len();
+        let still =
+            |a: &mass_vector::Coordinates| space.reach() * a.norm() <= STILL * space.largest_pull();
+        // Two contacts without friction, both pressed to the ground: no other mode is consistent.
+        if let Some(model) = &rows.gaps
+            && rows.friction.iter().all(|mu| *mu == 0.0)
+        {
+            let own = model.solve_coupled(model.g);
+            if own[..count].iter().all(|push| *push > 0.0) {
+                let mut a = space.pull().clone();
+                for (i, push) in own[..count].iter().enumerate() {
+                    a.add_scaled(space.normal_row(i), push / space.normal(i, i));
+                }
+                return still(&a).then(|| ContactLetters::from_elem(Mode::Fixed, count));
+            }
+        }
+        let ways = Ways::from_elem(Some(0), count);
+        let mut found = onward(space, &rows.friction, &ways).ok()?;
+        let one = found.pop().filter(|one| found.is_empty() && !one.undetermined)?;
+        still(&one.acceleration).then_some(one.word)
+    }
+
+    /// Rests in these modes.
+    fn stand(&mut self, mut word: ContactLetters<Mode>) -> Outcome {
+        let Frozen { rows, v, points, .. } = &mut self.body.state;
+        v.clear();
+        points.iter_mut().for_each(|p| p.u = 0.0);
+        for (mode, mu) in word.iter_mut().zip(&rows.friction) {
+            if *mode != Mode::Separate && *mu == 0.0 {
+                *mode = Mode::Fixed; // forces do not change
+            }
+        }
+        let still = mass_vector::Coordinates::zeros(v.len());
+        self.enter(&word);
+        self.write_modes(word, still);
+        self.stay()
+    }
+
     /// The signs of sliding of these closed contacts: 0 where the speed counts as zero.
     fn ways(&self, closed: &[bool]) -> Ways {
-        let (space, state) = (self.body.space(), &self.body.state);
+        let state = &self.body.state;
         let tolerance = Self::still_slide(self);
-        let limit = |i: usize| if self.body.friction[i] > 0.0 { tolerance } else { 0.0 };
-        let slips: ContactValues<f64> = (0..closed.len()).map(|i| state.slip(space, i)).collect();
+        let limit = |i: usize| if state.rows.friction[i] > 0.0 { tolerance } else { 0.0 };
+        let slips: ContactValues<f64> = (0..closed.len()).map(|i| state.slip(i)).collect();
         let on = || (0..closed.len()).filter(|&i| closed[i]);
         let fastest = on().map(|i| slips[i].abs()).fold(0.0, f64::max);
         let most = on().map(limit).fold(0.0, f64::max);
-        let together = MechanismState::leaves_one_motion(space, closed);
+        let together = state.leaves_one_motion(closed);
         let none = |i: usize| match together {
             true if fastest > most => slips[i].abs() <= SLOWER_SLIDE * fastest,
             true => true,
@@ -123,8 +163,8 @@ impl Driver<'_, Jointed> {
 
     /// The only word in which the motion continues; an error: the outcome if there is none or more than one.
     fn choose(&mut self, ways: &[Option<i8>]) -> Result<Onward, Outcome> {
-        let Jointed { mechanism, friction, .. } = &self.body;
-        let mut found = match onward(mechanism.contact_space(), friction, ways) {
+        let rows = &self.body.state.rows;
+        let mut found = match onward(&rows.space, &rows.friction, ways) {
             Ok(found) => found,
             Err(error) => {
                 let warning = format!("the contact modes could not be solved: {error}");
@@ -136,7 +176,9 @@ impl Driver<'_, Jointed> {
         match found.pop() {
             Some(one) if found.is_empty() && !one.undetermined => Ok(one),
             _ => {
-                let problem = MechanismProblem::new(mechanism, ways).ok();
+                let subject = self.record.subject.mechanism();
+                let problem =
+                    subject.and_then(|start| MechanismProblem::new(&start.mechanism, ways).ok());
                 self.record.undecided_mechanism = problem.map(Box::new);
                 Err(if none { Outcome::Inconsistent } else { Outcome::Ambiguous })
             }
@@ -146,14 +188,14 @@ impl Driver<'_, Jointed> {
     /// Whether nothing moves that the contacts feel: a fixed word leaves no motion, or all speeds and accelerations are rounding error.
     fn is_at_rest(&self, chosen: &Onward) -> bool {
         let (space, state) = (self.body.space(), &self.body.state);
-        let fixed = MechanismState::is_fixed(space, &chosen.word, &self.body.friction);
-        let slow = state.speed(space) <= Self::still_slide(self);
+        let fixed = state.is_fixed(&chosen.word);
+        let slow = state.speed() <= Self::still_slide(self);
         fixed || slow && space.reach() * chosen.acceleration.norm() <= STILL * space.largest_pull()
     }
 
     /// Stays with all contacts at rest. The hidden motion, if it is accelerated, carries the mechanism away; if not, its speed stays.
     fn stay(&mut self) -> Outcome {
-        let space = self.body.mechanism.contact_space();
+        let space = self.body.space();
         let falls = space.hidden().amax() > 0.0;
         let start = self.record.subject.mechanism();
         let drift = start.map_or(0.0, |start| space.reach() * start.hidden_velocity.norm());
@@ -168,35 +210,38 @@ impl Driver<'_, Jointed> {
         match (falls, drifts) {
             (true, _) => Outcome::Escape,
             (false, true) => {
-                let (space, dof) = (self.body.space(), self.body.mechanism.dof());
                 let still = mass_vector::Coordinates::zeros(space.pull().len());
-                self.record.acceleration = Some(space.acceleration(dof, &still));
+                self.record.acceleration = Some(self.acceleration(&still));
                 Outcome::Sliding
             }
             (false, false) => Outcome::Rest,
         }
     }
 
+    /// q̈ of all coordinates, from ÿ.
+    fn acceleration(&self, y: &mass_vector::Coordinates) -> Vec<f64> {
+        let dof = self.record.subject.mechanism().map_or(0, |start| start.mechanism.dof());
+        self.body.space().acceleration(dof, y)
+    }
+
     /// Holds the contacts in these modes: up to the contact that stops sliding, or to another end of the phase.
     fn hold_on(&mut self, word: &[Mode], chosen: &Onward) -> Result<usize, DriverStep> {
-        let Jointed { state, mechanism, friction, .. } = &self.body;
-        let (space, a) = (mechanism.contact_space(), &chosen.acceleration);
-        let (t, end) = state.first_event(space, word, friction, a);
-        let way = t * (state.speed(space) + t * space.reach() * a.norm());
+        let (state, a) = (&self.body.state, &chosen.acceleration);
+        let (space, (t, end)) = (state.space(), state.first_event(word, a));
+        let way = t * (state.speed() + t * space.reach() * a.norm());
         let left = self.log.left();
         let endless = t == f64::INFINITY || way > DEPARTED;
         if endless && left == f64::INFINITY {
             let closed = word.iter().all(|&mode| mode != Mode::Separate);
-            let dof = mechanism.dof();
-            self.record.acceleration = Some(space.acceleration(dof, a));
+            self.record.acceleration = Some(self.acceleration(a));
             return Err(DriverStep::End(if closed { Outcome::Sliding } else { Outcome::Escape }));
         }
         if endless || t > left {
-            self.body.state = state.after(space, word, a, left.max(0.0));
+            self.body.state = state.after(word, a, left.max(0.0));
             self.log.clock = self.log.clock.after(left.max(0.0));
             return Err(DriverStep::End(Outcome::TimeLimit));
         }
-        self.body.state = state.after(space, word, a, t);
+        self.body.state = state.after(word, a, t);
         self.log.clock = self.log.clock.after(t);
         match end {
             ModeEnd::Landing(i) => {
@@ -212,17 +257,16 @@ impl Driver<'_, Jointed> {
     /// The sliding speed of contact `i` has decreased to zero: all motion has, or all slides, or those of this contact and of all others whose
     /// sliding speed now counts as zero. Contacts with one tangential row stop at one instant, which has a rounding error.
     fn stopped(&mut self, i: usize, word: &[Mode], ways: &mut Ways) {
-        let space = self.body.mechanism.contact_space();
         let closed: ContactValues<bool> = word.iter().map(|mode| *mode != Mode::Separate).collect();
         let count = closed.iter().filter(|on| **on).count();
         let still = Self::still_slide(self);
-        let slow = self.body.state.speed(space) <= still * BODY_STOPPED;
+        let slow = self.body.state.speed() <= still * BODY_STOPPED;
         if count > 1 && slow {
             self.body.state.v.clear();
         }
-        let all = count == 1 || slow || MechanismState::leaves_one_motion(space, &closed);
+        let all = count == 1 || slow || self.body.state.leaves_one_motion(&closed);
         for (j, way) in ways.iter_mut().enumerate() {
-            if all || j == i || self.body.state.slip(space, j).abs() <= still {
+            if all || j == i || self.body.state.slip(j).abs() <= still {
                 *way = way.map(|_| 0);
             }
         }

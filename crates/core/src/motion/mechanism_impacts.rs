@@ -1,7 +1,8 @@
 //! Impacts of a mechanism, and the sums of infinitely many of them: at one instant, of one contact that bounces alone, and in cycles while
 //! another contact is held.
 
-use crate::body::ContactSpace;
+use std::sync::Arc;
+
 use crate::body::contact::{ContactLetters, ContactValues};
 use crate::body::terrain::Place;
 use crate::collisions::log::names;
@@ -19,8 +20,8 @@ use crate::motion::record::{ListedImpact, Tail};
 use crate::motion::slow::{GoesOn, InstantImpacts};
 use crate::options::{Impact, Jams, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Outcome, ZenoMethod};
+use crate::sustained::frozen::{Frozen, GapState};
 use crate::sustained::jam::by_contact;
-use crate::sustained::mechanism::{GapState, MechanismState};
 use crate::tolerance::{CONTACT_STOPPED, HIT_IN_TURN, REMAINDER_FACTOR, STILL};
 
 /// Number of impacts of a contact before the first attempt to sum its bounces.
@@ -28,12 +29,7 @@ const FIRST_ATTEMPT: usize = 2;
 
 impl Driver<'_, Jointed> {
     pub(super) fn material(&self, i: usize) -> Material {
-        let contact = &self.body.mechanism.contacts()[i];
-        Material {
-            friction: contact.friction,
-            restitution: self.body.mechanism.restitution(i),
-            tangential_restitution: contact.tangential_restitution,
-        }
+        self.body.state.rows.material[i]
     }
 
     /// One impact of contacts that approach at zero gap, or several at once.
@@ -71,10 +67,9 @@ impl Driver<'_, Jointed> {
             return self.stop_slow(0.0);
         }
         let (law, material) = (self.options.impact, self.material(i));
-        let space = self.body.mechanism.contact_space();
-        let w = MechanismState::impact_matrix(space, i);
+        let w = self.body.state.impact_matrix(i);
         let GapState { u: rate, rounding, .. } = self.body.state.points[i];
-        let slip = self.body.state.slip(space, i);
+        let slip = self.body.state.slip(i);
         let Some([p_t, mut p_n]) = friction::impulse(law, &w, [slip, rate], &material) else {
             self.record
                 .warnings
@@ -139,7 +134,7 @@ impl Driver<'_, Jointed> {
     fn hit_once(&mut self, i: usize, before: Vec<f64>, rate: f64, impulse: [f64; 2]) {
         self.log.hits += 1;
         self.cause = Some(Cause::Impact(ContactNumber::of(i)));
-        let friction = self.body.friction[i];
+        let friction = self.body.state.rows.friction[i];
         if self.options.impact != Impact::Newton {
             self.body.laps.rubs(i, slides_in_impact(impulse, friction), self.log.clock);
         }
@@ -158,17 +153,17 @@ impl Driver<'_, Jointed> {
     }
 
     fn apply_impulse(&mut self, i: usize, impulse: [f64; 2]) {
-        let change = self.body.state.push(self.body.mechanism.contact_space(), i, impulse);
+        let change = self.body.state.push(i, impulse);
         self.body.sequence.pushed(i, impulse[0], &change);
     }
 
     /// The law of impact for all these contacts at once. Those that approach after it are hit next. `None` if the law has no solution.
     fn together(&mut self, hit: &[usize]) -> Option<Option<Outcome>> {
-        let (space, state) = (self.body.mechanism.contact_space(), &self.body.state);
+        let (space, state) = (self.body.space(), &self.body.state);
         let parties: ContactValues<Party> = hit
             .iter()
             .map(|&i| {
-                let before = [state.slip(space, i), state.points[i].u];
+                let before = [state.slip(i), state.points[i].u];
                 Party { before, material: self.material(i).in_impacts(self.options.impact) }
             })
             .collect();
@@ -218,8 +213,9 @@ impl Driver<'_, Jointed> {
     fn sum_up(&mut self, i: usize) -> bool {
         let rates: ContactValues<f64> = self.body.state.points.iter().map(|p| p.u).collect();
         let pieces = ContactValues::from_elem(0, rates.len());
-        let Jointed { sequence, mechanism, state, fastest, .. } = &mut self.body;
-        let (space, fastest) = (mechanism.contact_space(), *fastest);
+        let Jointed { sequence, state, fastest, .. } = &mut self.body;
+        let (rows, fastest) = (Arc::clone(&state.rows), *fastest);
+        let space = &rows.space;
         let size = |v: &Coordinates| space.reach() * v.norm();
         let GoesOn::Shrinking { change, sum, start, rubs } =
             sequence.next(i, self.log.clock, &rates, pieces, size, fastest)
@@ -238,7 +234,7 @@ impl Driver<'_, Jointed> {
             p.u = limit;
         }
         let turns_back = |j: usize| {
-            let (now, limit) = (state.slip(space, j), end.slip(space, j));
+            let (now, limit) = (state.slip(j), end.slip(j));
             end.points[j].u == 0.0
                 && InstantImpacts::<Coordinates>::turns_back(now, limit, rubs[j], fastest)
         };
@@ -253,9 +249,8 @@ impl Driver<'_, Jointed> {
     /// After an impact with the speed `hit` (m/s): sets those contacts to rest whose remaining motion is below its rounding error.
     pub(super) fn stop_slow(&mut self, hit: f64) -> Option<Outcome> {
         let limit = CONTACT_STOPPED * self.body.fastest;
-        let space = self.body.mechanism.contact_space();
         let count = self.body.state.points.len();
-        let pulls: ContactValues<f64> = (0..count).map(|i| space.gravity(i)).collect();
+        let pulls: ContactValues<f64> = (0..count).map(|i| self.body.space().gravity(i)).collect();
         let points = self.body.state.points.iter();
         let speeds: ContactValues<f64> =
             points.zip(&pulls).map(|(p, pull)| p.landing_speed(*pull)).collect();
@@ -265,7 +260,7 @@ impl Driver<'_, Jointed> {
             self.body.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         for (i, &speed) in speeds.iter().enumerate().filter(|(i, _)| slow[*i]) {
             stops[i] = true;
-            let loss = 1.0 - self.body.mechanism.restitution(i);
+            let loss = 1.0 - self.material(i).restitution;
             if !self.resting[i] && pulls[i] >= 0.0 {
                 if pulls[i] > 0.0 {
                     error = error.max(2.0 * speed / (pulls[i] * loss));
@@ -274,14 +269,15 @@ impl Driver<'_, Jointed> {
             }
         }
         if slow.contains(&true) {
-            let change = self.body.state.arrest(space, &stops);
+            let change = self.body.state.arrest(&stops);
             self.body.sequence.changes(&change);
-            self.body.state.reconcile(space, self.body.place());
+            let place = self.body.place();
+            self.body.state.reconcile(place);
             for (p, _) in self.body.state.points.iter_mut().zip(&stops).filter(|(_, stops)| **stops)
             {
                 (p.h, p.u) = (0.0, 0.0);
             }
-            if self.body.slow.chatters() && self.body.state.speed(space) <= watched {
+            if self.body.slow.chatters() && self.body.state.speed() <= watched {
                 self.body.state.v.clear();
                 self.body.state.points.iter_mut().for_each(|p| p.u = 0.0);
             }
@@ -302,7 +298,6 @@ impl Driver<'_, Jointed> {
     /// No mode is consistent: an impact without collision at a sliding contact, if the law has one or jams are impacts. Returns whether there
     /// is one.
     pub(super) fn jam(&mut self) -> bool {
-        let space = self.body.mechanism.contact_space();
         let points = &self.body.state.points;
         let mut closed: Vec<usize> =
             (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u == 0.0).collect();
@@ -311,8 +306,7 @@ impl Driver<'_, Jointed> {
         }
         let (law, state) = (self.options.impact, &self.body.state);
         let found = closed.iter().find_map(|&i| {
-            let w = MechanismState::impact_matrix(space, i);
-            friction::jam(law, &w, state.slip(space, i), &self.material(i))
+            friction::jam(law, &state.impact_matrix(i), state.slip(i), &self.material(i))
                 .map(|impulse| (i, impulse))
         });
         let (impulses, stands) = match found {
@@ -353,17 +347,17 @@ impl Driver<'_, Jointed> {
     /// the first contact that jams stops alone, if this opens the others.
     #[allow(clippy::type_complexity, reason = "used once")]
     fn stops_jam(&self, closed: &[usize]) -> Option<(Vec<(usize, [f64; 2])>, bool)> {
-        let (space, state) = (self.body.space(), &self.body.state);
+        let state = &self.body.state;
         if closed.len() > 1
-            && let Some(impulses) = stopped_by(space, &self.body.friction, &state.v, closed)
+            && let Some(impulses) = stopped_by(state, closed)
         {
             return Some((impulses, true));
         }
         closed.iter().find_map(|&i| {
-            let w = MechanismState::impact_matrix(space, i);
-            let impulse = plastic_jam(&w, state.slip(space, i), self.body.friction[i])?;
+            let friction = state.rows.friction[i];
+            let impulse = plastic_jam(&state.impact_matrix(i), state.slip(i), friction)?;
             let mut after = state.clone();
-            after.push(space, i, impulse);
+            after.push(i, impulse);
             let opens = |k: &usize| *k == i || after.points[*k].u > 0.0;
             closed.iter().all(opens).then(|| (vec![(i, impulse)], false))
         })
@@ -392,7 +386,7 @@ impl Driver<'_, Jointed> {
     /// ```
     ///
     /// and the impulses, in proportion to the time that is left, act as a constant force J/T with a correction that the gap of the contact shows.
-    fn end_of_bounces(&self, i: usize, impulse: [f64; 2]) -> Option<(f64, MechanismState)> {
+    fn end_of_bounces(&self, i: usize, impulse: [f64; 2]) -> Option<(f64, Frozen)> {
         let (space, state) = (self.body.space(), &self.body.state);
         let (law, mut material) = (self.options.impact, self.material(i));
         if law == Impact::Newton {
@@ -402,7 +396,7 @@ impl Driver<'_, Jointed> {
         if !(g > 0.0 && u > 0.0) {
             return None;
         }
-        let (slip, pulled) = (state.slip(space, i), space.b()[2 * i]);
+        let (slip, pulled) = (state.slip(i), space.b()[2 * i]);
         let still = slip.abs() <= STILL * self.body.fastest;
         let sticks = impulse[0].abs() < (1.0 - STILL) * material.friction * impulse[1];
         if sticks && !(still && material.tangential_restitution == 0.0) {
@@ -410,7 +404,7 @@ impl Driver<'_, Jointed> {
         }
         // The next impact: a contact that sticks lands with the sliding speed of one flight.
         let next = if sticks { 2.0 * pulled * u / g } else { slip + 2.0 * pulled * u / g };
-        let w = MechanismState::impact_matrix(space, i);
+        let w = state.impact_matrix(i);
         let [p_t, p_n] = friction::impulse(law, &w, [next, -u], &material)?;
         let returned = w.nt * p_t + w.nn * p_n - u;
         let r = returned / u;
@@ -428,7 +422,7 @@ impl Driver<'_, Jointed> {
         }
         let push = space.normal_row(i).scaled(p_n).plus(space.tangent(i), p_t);
         let total = push.scaled(1.0 / (1.0 - r));
-        let mut end = state.flown(space, t);
+        let mut end = state.flown(t);
         // Σ_k π u rᵏ (T − t_k) with T − t_k = T r^(k + 1): the way of these impulses.
         let way = push.scaled(t * r / (1.0 - r * r));
         end.v.add_scaled(&total, 1.0);
@@ -450,11 +444,11 @@ impl Driver<'_, Jointed> {
             false => Mode::Separate,
         };
         let word: ContactLetters<Mode> = (0..state.points.len()).map(mode).collect();
-        end.hold(space, &word, &self.body.friction);
+        end.hold(&word);
         if !sticks && material.friction > 0.0 {
             let way = -impulse[0].signum();
             let turns = |slip: f64| slip * way < -STILL * self.body.fastest;
-            if turns(slip) || turns(end.slip(space, i)) {
+            if turns(slip) || turns(end.slip(i)) {
                 return None;
             }
         }
@@ -463,12 +457,8 @@ impl Driver<'_, Jointed> {
 }
 
 /// Impulses (tangential, normal) in the friction cones of these contacts that stop all motion; `None` if there are none.
-fn stopped_by(
-    space: &ContactSpace,
-    friction: &[f64],
-    v: &Coordinates,
-    closed: &[usize],
-) -> Option<Vec<(usize, [f64; 2])>> {
+fn stopped_by(state: &Frozen, closed: &[usize]) -> Option<Vec<(usize, [f64; 2])>> {
+    let (space, friction, v) = (state.space(), &state.rows.friction, &state.v);
     let speed = v.norm();
     let edges: Vec<(usize, [f64; 2], Coordinates)> = closed
         .iter()
@@ -507,7 +497,7 @@ impl Landed for Jointed {
     }
 
     fn friction(&self, i: usize) -> f64 {
-        self.friction[i]
+        self.state.rows.friction[i]
     }
 
     fn slip(&self, i: usize, velocity: &Coordinates) -> f64 {
@@ -527,9 +517,9 @@ impl Landed for Jointed {
     }
 
     fn along(&self, change: Coordinates) -> Coordinates {
-        let mut moved = MechanismState { v: change, ..self.state.clone() };
-        let closed = ContactLetters::from_elem(Mode::Right, self.friction.len());
-        moved.project(self.space(), &closed, &self.friction);
+        let mut moved = Frozen { v: change, ..self.state.clone() };
+        let closed = ContactLetters::from_elem(Mode::Right, self.state.points.len());
+        moved.project(&closed);
         moved.v
     }
 }

@@ -13,7 +13,7 @@ use crate::motion::frame::{Frame, Snapshot};
 use crate::motion::subject::Subject;
 use crate::outcome::{Cause, Instant, Outcome, ZenoMethod};
 use crate::sustained::BodyState;
-use crate::sustained::mechanism::MechanismState;
+use crate::sustained::frozen::Frozen;
 
 /// How the body moves during a span.
 #[derive(Debug, Clone)]
@@ -30,9 +30,9 @@ pub(crate) enum Motion {
     /// of the run until then.
     Cycles { start: Box<BodyState>, fastest: f64 },
     /// A mechanism with each contact in its mode, with a constant acceleration; in flight with plain collisions.
-    Jointed { start: Box<MechanismState>, word: ContactLetters<Mode>, acceleration: Coordinates },
+    Jointed { start: Box<Frozen>, word: ContactLetters<Mode>, acceleration: Coordinates },
     /// A sum of infinitely many impacts of a mechanism.
-    JointedTail { start: Box<MechanismState>, fastest: f64, tail: Tail },
+    JointedTail { start: Box<Frozen>, fastest: f64, tail: Tail },
 }
 
 impl Motion {
@@ -88,7 +88,7 @@ pub(crate) struct Moment {
     /// The contacts of corners of the ground with sides, from 0, that touch.
     pub(crate) sides: PerContact<usize>,
     /// The state of a mechanism; that of a body has no meaning then.
-    pub(crate) mechanism: Option<Box<MechanismState>>,
+    pub(crate) mechanism: Option<Box<Frozen>>,
 }
 
 /// Written by hand: the derived `clone` copies the numbers one by one.

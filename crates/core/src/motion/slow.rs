@@ -183,9 +183,9 @@ pub(super) fn chatter_warning(
     (contacts, limit): &(BTreeSet<usize>, f64),
     fastest: f64,
 ) -> Option<String> {
-    let who = names(contacts.iter().copied());
-    let [slow, fast] = [*limit, fastest].map(in_words);
     (!contacts.is_empty()).then(|| {
+        let who = names(contacts.iter().copied());
+        let [slow, fast] = [*limit, fastest].map(in_words);
         format!(
             "{who} bounced below {slow} without becoming slower; beside speeds of up to {fast} these are rounding errors: set to rest"
         )

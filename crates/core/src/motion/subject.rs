@@ -9,7 +9,7 @@ use crate::body::state::State;
 use crate::collisions::full::PairBody;
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::sustained::mechanism::MechanismState;
+use crate::sustained::frozen::Frozen;
 
 /// What moves in a run, and its start.
 #[expect(
@@ -47,7 +47,7 @@ pub(crate) struct MechanismStart {
 
 impl MechanismStart {
     /// All coordinates and their rates, in m or rad, `t` seconds after the start.
-    pub(crate) fn coordinates(&self, state: &MechanismState, t: f64) -> [Vec<f64>; 2] {
+    pub(crate) fn coordinates(&self, state: &Frozen, t: f64) -> [Vec<f64>; 2] {
         let space = self.mechanism.contact_space();
         let velocity = &self.hidden_velocity + space.hidden() * t;
         let place = &self.hidden + &self.hidden_velocity * t + space.hidden() * (0.5 * t * t);

@@ -1,5 +1,7 @@
 //! Runs of mechanisms.
 
+use std::sync::Arc;
+
 use crate::body::Mechanism;
 use crate::error::{Error, finite};
 use crate::motion::subject::{MechanismStart, Subject};
@@ -9,7 +11,7 @@ use crate::outcome::ModelReason;
 use crate::simulate::limits::{clatters, touch};
 use crate::simulate::trajectory::Trajectory;
 use crate::sustained::Rounding;
-use crate::sustained::mechanism::{GapState, MechanismState};
+use crate::sustained::frozen::{Frozen, GapState, Rows};
 use crate::tolerance::{FINAL_GAP_ROUNDINGS, TOUCH};
 
 /// The motion of a mechanism near its posture: the rows of its contacts, its mass matrix and its load stay as they are in the posture. `q`
@@ -116,7 +118,8 @@ pub fn simulate_mechanism_until(
     let warnings = touch(&mut heights, TOUCH * place)?;
     points.iter_mut().zip(&heights).for_each(|(p, h)| p.h = h + 0.0);
     clatters(points.iter().enumerate().map(|(i, p)| (p.h, p.u, space.gravity(i))))?;
-    let state = MechanismState { y, v, points: points.into_iter().collect() };
+    let rows = Arc::new(Rows::of_mechanism(mechanism));
+    let state = Frozen { rows, y, v, points: points.into_iter().collect() };
     let subject = Subject::Mechanism(Box::new(MechanismStart {
         mechanism: mechanism.clone(),
         q: q.to_vec(),
@@ -124,9 +127,8 @@ pub fn simulate_mechanism_until(
         hidden,
         hidden_velocity,
     }));
-    let mut driver = Driver::<Jointed>::of_mechanism(
-        mechanism, state, place, subject, options, warnings, cancel,
-    );
+    let mut driver =
+        Driver::<Jointed>::of_mechanism(state, place, subject, options, warnings, cancel);
     if driver.run().is_none() {
         return Ok(None);
     }

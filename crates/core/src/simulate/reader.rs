@@ -16,7 +16,7 @@ use crate::motion::{AnyContacts, Driver, Jointed, Pair};
 use crate::options::Model;
 use crate::outcome::{Instant, Outcome};
 use crate::simulate::trajectory::{Flight, Piece, Trajectory};
-use crate::sustained::mechanism::MechanismState;
+use crate::sustained::frozen::Frozen;
 use crate::sustained::{BodyState, Step};
 use crate::tolerance::STILL;
 
@@ -58,7 +58,7 @@ enum Now<'a> {
     /// Of any number of contacts, with the mode of each of its points.
     Body(BodyState, Cow<'a, [Mode]>),
     /// A mechanism, with the mode of each contact.
-    Jointed(Box<MechanismState>, Cow<'a, [Mode]>),
+    Jointed(Box<Frozen>, Cow<'a, [Mode]>),
 }
 
 impl<'a> Reader<'a> {
@@ -191,8 +191,7 @@ impl<'a> Reader<'a> {
                 Flight::Pair(flight) => smooth(flight, [false; 2]),
                 Flight::Jointed(state) => {
                     let modes = vec![Mode::Separate; state.points.len()];
-                    let space = self.run.mechanism()?.contact_space();
-                    Now::Jointed(Box::new(state.flown(space, dt)), Cow::Owned(modes))
+                    Now::Jointed(Box::new(state.flown(dt)), Cow::Owned(modes))
                 }
             });
         };
@@ -217,14 +216,12 @@ impl<'a> Reader<'a> {
                 Now::Body(body, Cow::Owned(modes.to_vec()))
             }
             Motion::Jointed { start, word, acceleration } => {
-                let space = self.run.mechanism()?.contact_space();
-                let state = start.after(space, word, acceleration, dt);
+                let state = start.after(word, acceleration, dt);
                 Now::Jointed(Box::new(state), Cow::Borrowed(word))
             }
             Motion::JointedTail { start, fastest, tail } => {
-                let mechanism = self.run.mechanism()?;
                 let (state, modes) = Driver::<Jointed>::resimulate_sum(
-                    mechanism, start, *fastest, *tail, subject, options, dt,
+                    start, *fastest, *tail, subject, options, dt,
                 )?;
                 Now::Jointed(Box::new(state), Cow::Owned(modes.to_vec()))
             }

@@ -28,7 +28,7 @@ use crate::outcome::{
 };
 use crate::simulate::reader::Reader;
 use crate::simulate::{Simulation, simulate_local_until, simulate_mechanism_until};
-use crate::sustained::mechanism::MechanismState;
+use crate::sustained::frozen::Frozen;
 use crate::tolerance::{CLOCK_ROUNDINGS, OUTSIDE_PROVED_BOUNDS};
 use crate::zeno::{Gaps, Impulses};
 
@@ -48,7 +48,7 @@ pub(super) struct Piece {
 #[derive(Debug, Clone)]
 pub(super) enum Flight {
     Pair(InFrame),
-    Jointed(Box<MechanismState>),
+    Jointed(Box<Frozen>),
 }
 
 /// The pieces of a run, and for each collision the normal impulse per unit mass divided by the own-rate jump.
@@ -879,11 +879,9 @@ impl Trajectory {
         k: usize,
         span: &Span,
         last: usize,
-        start: &MechanismState,
+        start: &Frozen,
         expanded: &mut Expanded,
     ) {
-        let Some(mechanism) = self.mechanism() else { return };
-        let space = mechanism.contact_space();
         let (mut state, mut clock) = (start.clone(), span.clock);
         for c in &self.record.collisions[span.first_collision..last] {
             let (i, dt) = (c.contact, c.elapsed.since(clock));
@@ -891,9 +889,9 @@ impl Trajectory {
             own.jump[i] = c.jump;
             let mut gaps = Gaps { h: [c.other_gap; 2], u: c.after };
             gaps.h[i] = 0.0;
-            state = state.hit(space, dt, &own, &gaps);
+            state = state.hit(dt, &own, &gaps);
             clock = c.elapsed;
-            expanded.fractions.push(1.0 / space.normal(i, i));
+            expanded.fractions.push(1.0 / start.space().normal(i, i));
             let flight = Some(Flight::Jointed(Box::new(state.clone())));
             expanded.pieces.push(Piece { clock, span: k, flight });
         }

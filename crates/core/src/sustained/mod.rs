@@ -22,7 +22,7 @@ mod facing;
 mod flight;
 mod forces;
 pub(crate) mod jam;
-pub(crate) mod mechanism;
+pub(crate) mod frozen;
 pub(crate) mod next_order;
 pub(crate) mod phase;
 mod rows;

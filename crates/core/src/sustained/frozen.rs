@@ -1,4 +1,4 @@
-//! The motion of a mechanism in its posture: the rows of its contacts are constant, and so are all accelerations in one contact mode.
+//! Motion with rows of contacts that do not change, of mechanisms: all accelerations in one contact mode are constant.
 //!
 //! ```text
 //! ÿ = pull + Σ_j (T_jᵀ f_t,j + N_jᵀ f_n,j),    ḧ_i = N_i ÿ,  v̇_t,i = T_i ÿ
@@ -7,21 +7,25 @@
 //! in the coordinates y of the contact space, in which the kinetic energy is ½|ẏ|². Gaps are parabolas and sliding speeds are linear in time.
 //! Gaps and gap rates are stored beside y and ẏ, so that a small gap keeps its digits beside a large displacement.
 
+use std::sync::Arc;
+
 use smallvec::SmallVec;
 
-use crate::body::ContactSpace;
 use crate::body::contact::{ContactLetters, ContactValues, PerContact};
+use crate::body::local_model::{LocalModel, LocalModelFields};
+use crate::body::{ContactRows, ContactSpace, Mechanism};
 use crate::flight::parabola_touchdown;
-use crate::impact::friction::Matrix;
+use crate::impact::friction::{Material, Matrix};
 use crate::math::mass_vector::{Coordinates, MassVector, independent};
+use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::Mode;
 use crate::sustained::Rounding;
 use crate::sustained::rows::{Known, consistent};
 use crate::tolerance::{
-    CORRECTED_VELOCITY, DEPENDENT_ROW, LANDS_TOGETHER, LANDS_TOGETHER_SPEED, STOPPED_ROW,
-    UNEVEN_GAP,
+    CORRECTED_VELOCITY, DEPENDENT_ROW, LANDS_TOGETHER, LANDS_TOGETHER_SPEED, PARALLEL_GAP_ROWS,
+    STOPPED_ROW, UNEVEN_GAP,
 };
-use crate::zeno::{Gaps, Impulses};
+use crate::zeno::{FrozenModel, Gaps, Impulses};
 
 /// Most corrections of a velocity.
 const AGREES: usize = 8;
@@ -45,9 +49,61 @@ impl GapState {
     }
 }
 
-/// A mechanism at an instant.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct MechanismState {
+/// The contacts: their rows and materials.
+#[derive(Debug)]
+pub(crate) struct Rows {
+    pub(crate) space: Arc<ContactSpace>,
+    pub(crate) material: Vec<Material>,
+    pub(crate) friction: Vec<f64>,
+    /// The model of the gaps of one or two contacts whose normal rows are independent.
+    pub(crate) gaps: Option<FrozenModel>,
+}
+
+impl Rows {
+    pub(crate) fn of_mechanism(mechanism: &Mechanism) -> Self {
+        let material = |(i, contact): (usize, &ContactRows)| Material {
+            friction: contact.friction,
+            restitution: mechanism.restitution(i),
+            tangential_restitution: contact.tangential_restitution,
+        };
+        let all = mechanism.contacts().iter().enumerate().map(material);
+        Self::new(mechanism.shared_space(), all.collect())
+    }
+
+    fn new(space: Arc<ContactSpace>, material: Vec<Material>) -> Self {
+        let friction = material.iter().map(|contact| contact.friction).collect();
+        let gaps = gap_model(&space, &material);
+        Self { space, material, friction, gaps }
+    }
+}
+
+/// The model of the gaps of one or two contacts whose normal rows are independent: ψ_i = −W_12/W_ii and g_i = −b_i.
+fn gap_model(space: &ContactSpace, material: &[Material]) -> Option<FrozenModel> {
+    let of = |gravity: [f64; 2], psi: [f64; 2], restitution: [f64; 2]| {
+        let [gravity, psi] = [gravity, psi].map(UnsignedZero::unsigned_zero);
+        FrozenModel::new(&LocalModel::frozen(LocalModelFields {
+            gravity,
+            psi,
+            restitution,
+            phi: [0.0; 2],
+        }))
+    };
+    match *material {
+        [one] => Some(of([space.gravity(0), 0.0], [0.0; 2], [one.restitution, 0.0])),
+        [one, two] => {
+            let psi = [0, 1].map(|i| -space.normal(0, 1) / space.normal(i, i));
+            (1.0 - psi[0] * psi[1] > PARALLEL_GAP_ROWS).then(|| {
+                of([0, 1].map(|i| space.gravity(i)), psi, [one.restitution, two.restitution])
+            })
+        }
+        _ => None,
+    }
+}
+
+/// The state at an instant.
+#[derive(Debug)]
+pub(crate) struct Frozen {
+    pub(crate) rows: Arc<Rows>,
     pub(crate) y: Coordinates,
     pub(crate) v: Coordinates,
     pub(crate) points: PerContact<GapState>,
@@ -64,40 +120,49 @@ pub(crate) enum ModeEnd {
     Stop(usize),
 }
 
-impl MechanismState {
+/// Written by hand: the derived `clone` copies the points one by one.
+impl Clone for Frozen {
+    fn clone(&self) -> Self {
+        let points = PerContact::from_slice(&self.points);
+        Self { rows: Arc::clone(&self.rows), y: self.y.clone(), v: self.v.clone(), points }
+    }
+}
+
+impl Frozen {
+    pub(crate) fn space(&self) -> &ContactSpace {
+        &self.rows.space
+    }
+
     /// Sliding speed of a contact, in m/s.
-    pub(crate) fn slip(&self, space: &ContactSpace, i: usize) -> f64 {
-        space.tangent(i).dot(&self.v)
+    pub(crate) fn slip(&self, i: usize) -> f64 {
+        self.space().tangent(i).dot(&self.v)
     }
 
     /// Bound of the speeds of the contacts that this velocity (m/s in the metric of the mass) causes.
-    pub(crate) fn speed(&self, space: &ContactSpace) -> f64 {
-        space.reach() * self.v.norm()
+    pub(crate) fn speed(&self) -> f64 {
+        self.space().reach() * self.v.norm()
     }
 
     /// Impact matrix of a contact.
-    pub(crate) fn impact_matrix(space: &ContactSpace, i: usize) -> Matrix {
-        let (t, n, w) = (2 * i, 2 * i + 1, space.w());
+    pub(crate) fn impact_matrix(&self, i: usize) -> Matrix {
+        let (t, n, w) = (2 * i, 2 * i + 1, self.space().w());
         Matrix { nn: w[(n, n)], nt: w[(t, n)], tt: w[(t, t)] }
     }
 
     /// Applies an impulse (tangential, normal) in N s at a contact; returns the change of velocity.
-    pub(crate) fn push(
-        &mut self,
-        space: &ContactSpace,
-        i: usize,
-        [p_t, p_n]: [f64; 2],
-    ) -> Coordinates {
+    pub(crate) fn push(&mut self, i: usize, [p_t, p_n]: [f64; 2]) -> Coordinates {
+        let space = self.space();
         let change = space.normal_row(i).scaled(p_n).plus(space.tangent(i), p_t);
-        self.change(space, &change);
+        self.change(&change);
         change
     }
 
     /// Changes the velocity, and the gap rates with it.
-    fn change(&mut self, space: &ContactSpace, change: &Coordinates) {
-        self.v.add_scaled(change, 1.0);
-        for (i, p) in self.points.iter_mut().enumerate() {
-            let row = space.normal_row(i);
+    fn change(&mut self, change: &Coordinates) {
+        let Self { rows, v, points, .. } = self;
+        v.add_scaled(change, 1.0);
+        for (i, p) in points.iter_mut().enumerate() {
+            let row = rows.space.normal_row(i);
             let terms: f64 = row.iter().zip(change.iter()).map(|(a, b)| (a * b).abs()).sum();
             p.u += row.dot(change);
             p.rounding.rate += f64::EPSILON * terms;
@@ -105,13 +170,7 @@ impl MechanismState {
     }
 
     /// The state after `dt` in these modes, with this acceleration.
-    pub(crate) fn after(
-        &self,
-        space: &ContactSpace,
-        modes: &[Mode],
-        acceleration: &Coordinates,
-        dt: f64,
-    ) -> Self {
+    pub(crate) fn after(&self, modes: &[Mode], acceleration: &Coordinates, dt: f64) -> Self {
         let mut after = self.clone();
         after.y.add_scaled(&self.v, dt);
         after.y.add_scaled(acceleration, 0.5 * dt * dt);
@@ -121,7 +180,7 @@ impl MechanismState {
                 (p.h, p.u) = (0.0, 0.0);
                 continue;
             }
-            let (was, a) = (self.points[i], space.normal_row(i).dot(acceleration));
+            let (was, a) = (self.points[i], self.space().normal_row(i).dot(acceleration));
             let [way, gain] = [was.u * dt, a * dt];
             p.rounding = was.rounding.after(
                 dt,
@@ -136,15 +195,15 @@ impl MechanismState {
     }
 
     /// The state after a flight of `dt`.
-    pub(crate) fn flown(&self, space: &ContactSpace, dt: f64) -> Self {
+    pub(crate) fn flown(&self, dt: f64) -> Self {
         let modes = ContactLetters::from_elem(Mode::Separate, self.points.len());
-        self.after(space, &modes, space.pull(), dt)
+        self.after(&modes, self.space().pull(), dt)
     }
 
     /// The state after a flight of `dt` of two contacts with frictionless impacts: `own` are their effects since this state, as own-rate jumps
     /// of both contacts, and `gaps` the gaps and rates at the end.
-    pub(crate) fn hit(&self, space: &ContactSpace, dt: f64, own: &Impulses, gaps: &Gaps) -> Self {
-        let mut after = self.flown(space, dt);
+    pub(crate) fn hit(&self, dt: f64, own: &Impulses, gaps: &Gaps) -> Self {
+        let (mut after, space) = (self.flown(dt), self.space());
         for (i, p) in after.points.iter_mut().enumerate() {
             let (row, share) = (space.normal_row(i), 1.0 / space.normal(i, i));
             after.v.add_scaled(row, share * own.jump[i]);
@@ -164,19 +223,15 @@ impl MechanismState {
     }
 
     /// The times of the next touchdowns in flight; ∞ where there is none.
-    pub(crate) fn touchdowns(&self, space: &ContactSpace) -> ContactValues<f64> {
-        let time = |(i, p): (usize, &GapState)| parabola_touchdown(p.h, p.u, space.gravity(i));
+    pub(crate) fn touchdowns(&self) -> ContactValues<f64> {
+        let time =
+            |(i, p): (usize, &GapState)| parabola_touchdown(p.h, p.u, self.space().gravity(i));
         self.points.iter().enumerate().map(time).collect()
     }
 
     /// The first event in these modes with this acceleration, and its time in s. `starting`: contacts that begin to slide.
-    pub(crate) fn first_event(
-        &self,
-        space: &ContactSpace,
-        modes: &[Mode],
-        friction: &[f64],
-        acceleration: &Coordinates,
-    ) -> (f64, ModeEnd) {
+    pub(crate) fn first_event(&self, modes: &[Mode], acceleration: &Coordinates) -> (f64, ModeEnd) {
+        let (space, friction) = (self.space(), &self.rows.friction);
         let mut first = (f64::INFINITY, ModeEnd::Never);
         for (i, p) in self.points.iter().enumerate() {
             let (t, end) = match modes[i] {
@@ -187,8 +242,7 @@ impl MechanismState {
                 Mode::Fixed => continue,
                 mode => {
                     let way = mode.direction();
-                    let (speed, a) =
-                        (way * self.slip(space, i), way * space.tangent(i).dot(acceleration));
+                    let (speed, a) = (way * self.slip(i), way * space.tangent(i).dot(acceleration));
                     // A speed against the direction of the slide is rounding error: the contact starts from rest.
                     if friction[i] == 0.0 || speed <= 0.0 || a >= 0.0 {
                         continue;
@@ -212,50 +266,45 @@ impl MechanismState {
     }
 
     /// Directions that these modes keep at rest: normal rows of closed contacts, tangential ones of fixed contacts.
-    fn held(
-        space: &ContactSpace,
-        modes: &[Mode],
-        friction: &[f64],
-        apart: f64,
-    ) -> SmallVec<[(usize, Coordinates); 4]> {
-        let mut rows: SmallVec<[&Coordinates; 8]> = SmallVec::new();
+    fn held(rows: &Rows, modes: &[Mode], apart: f64) -> SmallVec<[(usize, Coordinates); 4]> {
+        let mut held: SmallVec<[&Coordinates; 8]> = SmallVec::new();
         for (i, mode) in modes.iter().enumerate() {
             if *mode != Mode::Separate {
-                rows.push(space.normal_row(i));
+                held.push(rows.space.normal_row(i));
             }
-            if *mode == Mode::Fixed && friction[i] > 0.0 {
-                rows.push(space.tangent(i));
+            if *mode == Mode::Fixed && rows.friction[i] > 0.0 {
+                held.push(rows.space.tangent(i));
             }
         }
-        independent(&rows, apart)
+        independent(&held, apart)
     }
 
     /// Whether these modes leave no motion.
-    pub(crate) fn is_fixed(space: &ContactSpace, modes: &[Mode], friction: &[f64]) -> bool {
-        Self::held(space, modes, friction, DEPENDENT_ROW).len() == space.pull().len()
+    pub(crate) fn is_fixed(&self, modes: &[Mode]) -> bool {
+        Self::held(&self.rows, modes, DEPENDENT_ROW).len() == self.v.len()
     }
 
     /// Whether the closed contacts leave the mechanism one motion: they slide all together or not at all.
-    pub(crate) fn leaves_one_motion(space: &ContactSpace, closed: &[bool]) -> bool {
+    pub(crate) fn leaves_one_motion(&self, closed: &[bool]) -> bool {
         let rows: SmallVec<[&Coordinates; 8]> =
-            (0..closed.len()).filter(|&i| closed[i]).map(|i| space.normal_row(i)).collect();
-        rows.len() > 1 && independent(&rows, DEPENDENT_ROW).len() + 1 == space.pull().len()
+            (0..closed.len()).filter(|&i| closed[i]).map(|i| self.space().normal_row(i)).collect();
+        rows.len() > 1 && independent(&rows, DEPENDENT_ROW).len() + 1 == self.v.len()
     }
 
     /// Whether the gap of contact `i` follows from those of these others.
-    pub(crate) fn depends(space: &ContactSpace, i: usize, others: &[bool]) -> bool {
+    pub(crate) fn depends(&self, i: usize, others: &[bool]) -> bool {
         let mut rows: SmallVec<[&Coordinates; 8]> = (0..others.len())
             .filter(|&j| others[j] && j != i)
-            .map(|j| space.normal_row(j))
+            .map(|j| self.space().normal_row(j))
             .collect();
         let rank = independent(&rows, DEPENDENT_ROW).len();
-        rows.push(space.normal_row(i));
+        rows.push(self.space().normal_row(i));
         rank > 0 && independent(&rows, DEPENDENT_ROW).len() == rank
     }
 
     /// Removes the part of the velocity that violates these modes, as a plastic impact would: no energy is added.
-    pub(crate) fn project(&mut self, space: &ContactSpace, modes: &[Mode], friction: &[f64]) {
-        let held = Self::held(space, modes, friction, STOPPED_ROW);
+    pub(crate) fn project(&mut self, modes: &[Mode]) {
+        let held = Self::held(&self.rows, modes, STOPPED_ROW);
         for _ in 0..AGREES {
             let before = self.v.amax();
             for (_, axis) in &held {
@@ -270,15 +319,16 @@ impl MechanismState {
 
     /// Corrects the velocity where contacts begin to be held in these modes. The rates of closed contacts are rounding error. A sliding speed
     /// that counts as zero is removed where contacts are fixed, and the rates of contacts in the air change with it.
-    pub(crate) fn hold(&mut self, space: &ContactSpace, modes: &[Mode], friction: &[f64]) {
+    pub(crate) fn hold(&mut self, modes: &[Mode]) {
         let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
-        self.project(space, &modes.iter().map(sliding).collect::<ContactLetters<_>>(), friction);
+        self.project(&modes.iter().map(sliding).collect::<ContactLetters<_>>());
         let before = self.v.clone();
-        self.project(space, modes, friction);
+        self.project(modes);
         let change = self.v.plus(&before, -1.0);
-        for (i, p) in self.points.iter_mut().enumerate() {
+        let Self { rows, points, .. } = self;
+        for (i, p) in points.iter_mut().enumerate() {
             if modes[i] == Mode::Separate {
-                p.u += space.normal_row(i).dot(&change);
+                p.u += rows.space.normal_row(i).dot(&change);
                 if p.h == 0.0 {
                     p.u = p.u.max(0.0); // it separates: removing a slow sliding must not close it
                 }
@@ -289,16 +339,17 @@ impl MechanismState {
     }
 
     /// Stops these contacts by impulses along their normals; the rates of the others change. Returns the change of velocity.
-    pub(crate) fn arrest(&mut self, space: &ContactSpace, stopped: &[bool]) -> Coordinates {
+    pub(crate) fn arrest(&mut self, stopped: &[bool]) -> Coordinates {
+        let all = Arc::clone(&self.rows);
         let numbers: ContactValues<usize> = (0..stopped.len()).filter(|&i| stopped[i]).collect();
         let rows: SmallVec<[&Coordinates; 8]> =
-            numbers.iter().map(|&i| space.normal_row(i)).collect();
+            numbers.iter().map(|&i| all.space.normal_row(i)).collect();
         let mut change = Coordinates::zeros(self.v.len());
         for (k, axis) in independent(&rows, STOPPED_ROW) {
             let rate = self.points[numbers[k]].u + rows[k].dot(&change);
             change.add_scaled(&axis, -rate / rows[k].dot(&axis));
         }
-        self.change(space, &change);
+        self.change(&change);
         for i in numbers {
             self.points[i] = GapState { h: 0.0, u: 0.0, rounding: Rounding::default() };
         }
@@ -306,12 +357,12 @@ impl MechanismState {
     }
 
     /// Makes gap rates and small gaps consistent with one motion; see [`consistent`]. `place`: size of the displacements, in m.
-    pub(crate) fn reconcile(&mut self, space: &ContactSpace, place: f64) {
-        if self.points.len() <= space.rank() && self.points.len() < 3 {
+    pub(crate) fn reconcile(&mut self, place: f64) {
+        if self.points.len() <= self.space().rank() && self.points.len() < 3 {
             return;
         }
         let rows: ContactValues<Option<&Coordinates>> =
-            (0..self.points.len()).map(|i| Some(space.normal_row(i))).collect();
+            (0..self.points.len()).map(|i| Some(self.space().normal_row(i))).collect();
         let rows: Vec<Option<Coordinates>> = rows.into_iter().map(|row| row.cloned()).collect();
         let mut rates: ContactValues<Known> =
             self.points.iter().map(|p| (p.u, p.rounding.rate)).collect();
