@@ -200,6 +200,28 @@ impl FrozenModel {
         self.lead_to([0.0; 2], gaps, t)
     }
 
+    /// Those of the contacts at rest that gravity presses into the ground, without friction: 0 ≤ λ ⊥ acceleration ≥ 0.
+    pub(crate) fn pressed(&self, rests: [bool; 2]) -> [bool; 2] {
+        if rests != [true, true] {
+            return [0, 1].map(|i| rests[i] && self.g[i] > 0.0);
+        }
+        let force = self.solve_coupled(self.g);
+        if force[0] > 0.0 && force[1] >= 0.0 || force[0] >= 0.0 && force[1] > 0.0 {
+            return [true, true];
+        }
+        [0, 1].map(|i| self.g[i] > 0.0 && -self.g[1 - i] - self.psi[i] * self.g[i] >= 0.0)
+    }
+
+    /// Own-rate accelerations that keep the gaps of held contacts zero.
+    pub(crate) fn hold(&self, held: [bool; 2]) -> [f64; 2] {
+        match held {
+            [true, true] => self.solve_coupled(self.g),
+            [true, false] => [self.g[0], 0.0],
+            [false, true] => [0.0, self.g[1]],
+            [false, false] => [0.0, 0.0],
+        }
+    }
+
     /// Impulses that bring both gaps to zero, with these rates, within `t`.
     pub(crate) fn lead_to(&self, rates: [f64; 2], gaps: &Gaps, t: f64) -> Impulses {
         let fall = |i: usize| gaps.u[i] - self.g[i] * t - rates[i];

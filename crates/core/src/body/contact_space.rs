@@ -11,13 +11,15 @@
 //! there are more coordinates than A has independent rows, and more than three, only the part of y in the span of these rows is kept. The
 //! contacts do not feel the rest, the *hidden* motion, which has a constant acceleration.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Vector2};
 
+use crate::body::geometry::ContactGeometry;
+use crate::body::local_model::LocalModel;
 use crate::body::mechanism::MechanismFields;
 use crate::error::Error;
 use crate::math::mass_vector::{Coordinates, MassVector, independent};
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::tolerance::{DEPENDENT_ROW, INDEFINITE, ONE_SIZE};
+use crate::tolerance::{DEPENDENT_ROW, INDEFINITE, ONE_SIZE, PARALLEL_GAP_ROWS};
 
 /// The dynamics of the contacts of a [`Mechanism`](crate::body::Mechanism) in its posture.
 #[derive(Debug, Clone, PartialEq)]
@@ -199,18 +201,8 @@ impl ContactSpace {
             }
             kept = Some(DMatrix::from_iterator(f, rank, basis.iter().flat_map(Coordinates::iter)));
         }
-        let n = kept_rows.len();
-        let mut w = DMatrix::zeros(n, n);
-        for i in 0..n {
-            for j in 0..=i {
-                let value = kept_rows[i].dot(&kept_rows[j]).unsigned_zero();
-                (w[(i, j)], w[(j, i)]) = (value, value);
-            }
-        }
-        let b = DVector::from_iterator(
-            n,
-            kept_rows.iter().map(|row| row.dot(&kept_pull).unsigned_zero()),
-        );
+        let w = products(&kept_rows);
+        let b = accelerations(&kept_rows, &kept_pull);
         falls_down(&mass, &load, &b)?;
         Ok(Self {
             reach: w.diagonal().max().sqrt(),
@@ -227,6 +219,81 @@ impl ContactSpace {
             hidden,
         })
     }
+
+    /// Of a body of unit mass in its posture, y = (x, y, ρθ), with straight ground at each contact: impulses and forces are per unit mass.
+    pub(crate) fn of_body(contacts: &[ContactGeometry], rho2: f64, gravity: f64) -> Self {
+        let rho = rho2.sqrt();
+        let arm = |k: &ContactGeometry| k.tangent * k.b + k.normal * k.touching_c();
+        let row =
+            |axis: &Vector2<f64>, turn: f64| Coordinates::from_iter([axis.x, axis.y, turn / rho]);
+        let each = |k: &ContactGeometry| [row(&k.tangent, -k.touching_c()), row(&k.normal, k.b)];
+        let rows: Vec<Coordinates> = contacts.iter().flat_map(each).collect();
+        let pull = Coordinates::from_iter([0.0, -gravity, 0.0]);
+        // A contact point has rows in all directions; a second one has another moment.
+        let rank = if contacts.iter().all(|k| arm(k) == arm(&contacts[0])) { 2 } else { 3 };
+        Self::of_rows(rows, pull, rank, vec![1.0, 1.0, rho])
+    }
+
+    /// Of the gaps of a local model: ψ_i = −W_12/W_ii and g_i = −b_i of the normal rows. The tangential rows are zero. `None` if the rows of
+    /// the two gaps are parallel.
+    pub(crate) fn of_local(model: &LocalModel) -> Option<Self> {
+        let ([g1, g2], [psi, other]) = (model.gravity(), model.psi());
+        let w = if other == 0.0 { 1.0 } else { psi / other };
+        let apart = 1.0 - psi * other;
+        if !(apart > PARALLEL_GAP_ROWS) {
+            return None;
+        }
+        let across = (w * apart).sqrt();
+        let none = Coordinates::from_iter([0.0, 0.0]);
+        let one = Coordinates::from_iter([1.0, 0.0]);
+        let two = Coordinates::from_iter([-psi, across]);
+        let pull = Coordinates::from_iter([-g1, -(g2 + psi * g1) / across]);
+        Some(Self::of_rows(vec![none.clone(), one, none, two], pull, 2, vec![1.0, 1.0]))
+    }
+
+    /// Of these rows; `roots`: the roots of the masses of the coordinates.
+    fn of_rows(rows: Vec<Coordinates>, pull: Coordinates, rank: usize, roots: Vec<f64>) -> Self {
+        let roots = DVector::from_vec(roots);
+        let (w, b) = (products(&rows), accelerations(&rows, &pull));
+        Self {
+            reach: w.diagonal().max().sqrt(),
+            w,
+            b,
+            rank,
+            free: (0..roots.len()).collect(),
+            mass: DMatrix::from_diagonal(&roots.component_mul(&roots)),
+            load: DVector::from_iterator(roots.len(), pull.iter()).component_mul(&roots),
+            hidden: DVector::zeros(roots.len()),
+            factor: DMatrix::from_diagonal(&roots),
+            rows,
+            pull,
+            basis: None,
+        }
+    }
+
+    /// The same contacts with another acceleration ÿ without contact forces.
+    pub(crate) fn pulled(&self, pull: Coordinates) -> Self {
+        let load = &self.factor * DVector::from_iterator(pull.len(), pull.iter());
+        Self { b: accelerations(&self.rows, &pull), pull, load, ..self.clone() }
+    }
+}
+
+/// W of rows.
+fn products(rows: &[Coordinates]) -> DMatrix<f64> {
+    let n = rows.len();
+    let mut w = DMatrix::zeros(n, n);
+    for i in 0..n {
+        for j in 0..=i {
+            let value = rows[i].dot(&rows[j]).unsigned_zero();
+            (w[(i, j)], w[(j, i)]) = (value, value);
+        }
+    }
+    w
+}
+
+/// b of rows.
+fn accelerations(rows: &[Coordinates], pull: &Coordinates) -> DVector<f64> {
+    DVector::from_iterator(rows.len(), rows.iter().map(|row| row.dot(pull).unsigned_zero()))
 }
 
 /// The factor L of M = L Lᵀ.

@@ -2,6 +2,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
+use crate::math::compensated_sum;
 use crate::math::turn::Turn;
 use crate::tolerance::FINAL_GAP_ROUNDINGS;
 
@@ -130,18 +131,4 @@ pub(crate) fn couplings(b1: f64, b2: f64, n12: f64, rho2: f64) -> ([f64; 2], [f6
     let cross = b1 * b2 + rho2 * n12;
     let (own1, own2) = (b1 * b1 + rho2, b2 * b2 + rho2);
     ([-cross / own1, -cross / own2], [-b1 / own1, -b2 / own2])
-}
-
-/// Σ aᵢbᵢ as if computed with twice the number of digits and rounded at the end (Ogita, Rump & Oishi 2005, Dot2).
-fn compensated_sum<const N: usize>(products: [(f64, f64); N]) -> f64 {
-    let (mut sum, mut rest) = (0.0_f64, 0.0_f64);
-    for (a, b) in products {
-        let product = a * b;
-        let product_error = a.mul_add(b, -product);
-        let total = sum + product;
-        let part = total - sum;
-        rest += (sum - (total - part)) + (product - part) + product_error;
-        sum = total;
-    }
-    sum + rest
 }

@@ -13,13 +13,14 @@
 //!   ____x_1_____x_2____                     gravity g points down, −e_y
 //! ```
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Vector2, Vector3};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::body::contact::{Contact, PerContact};
+use crate::body::contact_space::ContactSpace;
 use crate::body::geometry::{ContactGeometry, couplings};
 use crate::body::ground::Under;
 use crate::body::local_model::{LocalModel, LocalModelFields};
@@ -70,6 +71,18 @@ struct Parts {
     outline: Option<Outline>,
     /// See [`Posture::ground_corners`].
     corners: Vec<Vector2<f64>>,
+    /// See [`Posture::contact_space`].
+    space: Cached,
+}
+
+/// A quantity that follows from the others. It is computed when it is first asked for, and has no part in comparisons.
+#[derive(Debug, Clone, Default)]
+struct Cached(OnceLock<Arc<ContactSpace>>);
+
+impl PartialEq for Cached {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// The fields of a posture, before validation. SI units.
@@ -287,6 +300,7 @@ impl Posture {
             own_ground,
             outline,
             corners,
+            space: Cached::default(),
         };
         let mut posture = Self(Arc::new(parts));
         for i in 0..if on_polyline { count } else { 0 } {
@@ -603,6 +617,14 @@ impl Posture {
     /// [`Error::Unusable`] naming `contacts` unless there are two.
     pub fn normal_gravity(&self) -> Result<[f64; 2], Error> {
         Ok(self.pair()?.map(|k| k.gravity.unsigned_zero()))
+    }
+
+    /// The rows of the contacts in the local model, see [`ContactSpace::of_body`].
+    pub(crate) fn contact_space(&self) -> Arc<ContactSpace> {
+        Arc::clone(self.0.space.0.get_or_init(|| {
+            let (rho2, gravity) = (self.gyration_squared(), self.fields().gravity);
+            Arc::new(ContactSpace::of_body(self.geometry(), rho2, gravity))
+        }))
     }
 
     /// The local model at rotation `theta` (rad): all Jacobian rows frozen there.

@@ -17,3 +17,18 @@ pub(crate) mod series;
 pub(crate) mod simplex;
 pub(crate) mod turn;
 pub(crate) mod unsigned_zero;
+
+/// Σ a b as if computed with twice the number of digits and rounded at the end [Ogita, Rump & Oishi 2005, Dot2].
+#[inline]
+pub(crate) fn compensated_sum(products: impl IntoIterator<Item = (f64, f64)>) -> f64 {
+    let (mut sum, mut rest) = (0.0_f64, 0.0_f64);
+    for (a, b) in products {
+        let product = a * b;
+        let product_error = a.mul_add(b, -product);
+        let total = sum + product;
+        let part = total - sum;
+        rest += (sum - (total - part)) + (product - part) + product_error;
+        sum = total;
+    }
+    sum + rest
+}

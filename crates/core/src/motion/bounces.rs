@@ -532,7 +532,7 @@ impl Driver<'_, Pair> {
             return None;
         }
         let now = Snapshot::of_full(state, self.log.clock);
-        let body = self.record.subject.body_state(&now, None)?;
+        let body = self.record.subject.body_state(&now)?;
         let size = self.record.subject.posture().map_or(0.0, Posture::size);
         let fastest = body.center.v.norm() + size * body.spin.omega.abs();
         let restitution = state.body.contacts[i].restitution;
@@ -551,11 +551,11 @@ impl Driver<'_, Pair> {
 
     /// Moves to this limit.
     pub(super) fn settle_at(&mut self, i: usize, end: &Settled) -> Option<Outcome> {
-        if let Some(start) = self.record.subject.body_state(&self.full(), None) {
+        if let Some(start) = self.record.subject.body_state(&self.full()) {
             self.begin_sum(&start);
         }
         self.log.clock = self.log.clock.after(end.duration);
-        self.leave(&end.body, None);
+        self.leave(&end.body);
         self.come_to_rest([i == 0, i == 1], ZenoMethod::Bounce, false, end.error)
     }
 }

@@ -362,6 +362,20 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         C::rest(self, rests, fresh)
     }
 
+    /// The sliding speed that counts as zero where a contact phase begins, in m/s; `gravity`: in m/s².
+    ///
+    /// After a sum whose time is known up to an error, velocities are known up to the change by gravity in this time. Where a contact is
+    /// hardly pressed to its ground that error is large, and tells nothing about the other contacts.
+    pub(super) fn slowest_known_slide(&mut self, gravity: f64) -> f64 {
+        let last = self.record.zeno.last().filter(|last| last.at.clock == self.log.clock);
+        let unknown = last.map_or(0.0, |last| last.error * gravity);
+        let tolerance = C::sliding_tolerance(self);
+        // A cycle of such sums has speeds of its own, such as that of a corner of the body that slides while a side comes to lie on its piece.
+        self.vague = if unknown > tolerance { self.vague + 1 } else { 0 };
+        let known = if self.vague > MOST_VAGUE { 1.0 } else { SLOWEST_KNOWN };
+        tolerance.max(unknown.min(known * tolerance))
+    }
+
     /// Begins the record of a sum of impacts that starts in this state.
     pub(super) fn begin_sum(&mut self, start: &BodyState) {
         self.log.enter(&ContactValues::from_elem(Mode::Separate, start.points.len()));
@@ -403,15 +417,7 @@ impl<C: Planar> Driver<'_, C> {
         let Some(posture) = self.record.subject.posture().cloned() else {
             unreachable!("contact phases belong to a body");
         };
-        // After a sum whose time is known up to an error, velocities are known up to the change by gravity in this time. Where a contact is
-        // hardly pressed to its ground that error is large, and tells nothing about the other contacts.
-        let last = self.record.zeno.last().filter(|last| last.at.clock == self.log.clock);
-        let unknown = last.map_or(0.0, |last| last.error * body.gravity);
-        let (options, tolerance) = (self.options, C::sliding_tolerance(self));
-        // A cycle of such sums has speeds of its own, such as that of a corner of the body that slides while a side comes to lie on its piece.
-        self.vague = if unknown > tolerance { self.vague + 1 } else { 0 };
-        let known = if self.vague > MOST_VAGUE { 1.0 } else { SLOWEST_KNOWN };
-        let tolerance = tolerance.max(unknown.min(known * tolerance));
+        let (options, tolerance) = (self.options, self.slowest_known_slide(body.gravity));
         let mut phase = ContactPhase::new(&posture, body, tolerance, &options, self.cause);
         phase.close(&mut rests);
         self.nested.drop(phase.dropped);

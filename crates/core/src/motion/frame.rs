@@ -2,7 +2,6 @@
 
 use nalgebra::Vector3;
 
-use crate::body::local_model::LocalModel;
 use crate::body::state::State;
 use crate::collisions::full::{FullState, PairBody};
 use crate::collisions::local::{advance, fly_for};
@@ -86,12 +85,6 @@ impl Frame {
         }
     }
 
-    /// A frame of a local model without a body.
-    pub(crate) fn reduced(start: Snapshot, model: &LocalModel) -> Self {
-        let frozen = Some(FrozenModel::new(model));
-        Self { start, frozen, spin: start.spin, fractions: [1.0; 2] }
-    }
-
     /// Translational impulse per unit mass at contact `i`, divided by the own-rate jump.
     pub(crate) fn translational_fraction(&self, i: usize) -> f64 {
         self.fractions[i]
@@ -119,27 +112,6 @@ impl Frame {
             self.agree(frozen, body, &mut full);
         }
         full
-    }
-
-    /// q in the frozen geometry, without the correction of rounding errors.
-    pub(crate) fn place(
-        &self,
-        subject: &Subject,
-        frozen: &FrozenModel,
-        clock: Clock,
-        path: [f64; 2],
-    ) -> Vector3<f64> {
-        let start = &self.start;
-        let dt = clock.since(start.clock);
-        let mut r = start.center.r + start.center.v * dt;
-        if let Some(body) = subject.pair() {
-            r.y -= 0.5 * body.gravity * dt * dt;
-            for i in 0..2 {
-                r += body.contacts[i].normal * (self.fractions[i] * path[i]);
-            }
-        }
-        let turned = frozen.phi[0] * path[0] + frozen.phi[1] * path[1];
-        Vector3::new(r.x, r.y, start.spin.theta + start.spin.omega * dt - turned)
     }
 
     /// Corrects rounding errors of q, in which the sums of impulses and the fall nearly cancel. Gaps and rates have no such cancellation.
@@ -191,29 +163,13 @@ impl Frame {
         path
     }
 
-    /// Own-rate accelerations that keep the gaps of held contacts zero.
-    pub(crate) fn hold(frozen: &FrozenModel, held: [bool; 2]) -> [f64; 2] {
-        match held {
-            [true, true] => frozen.solve_coupled(frozen.g),
-            [true, false] => [frozen.g[0], 0.0],
-            [false, true] => [0.0, frozen.g[1]],
-            [false, false] => [0.0, 0.0],
-        }
-    }
-
     /// Converts own-rate jumps to translational impulses per unit mass; likewise their time integrals and their rates.
     pub(crate) fn translational(&self, own_rate: [f64; 2]) -> [f64; 2] {
         [self.fractions[0] * own_rate[0], self.fractions[1] * own_rate[1]]
     }
 
-    /// The state `dt` after `raw` in smooth motion: in flight, or with contacts held.
-    pub(crate) fn smooth(
-        &self,
-        subject: &Subject,
-        raw: &Snapshot,
-        held: [bool; 2],
-        dt: f64,
-    ) -> Snapshot {
+    /// The state `dt` after `raw` in flight.
+    pub(crate) fn flown(&self, subject: &Subject, raw: &Snapshot, dt: f64) -> Snapshot {
         let mut after = *raw;
         after.clock = raw.clock.after(dt);
         let Some(frozen) = &self.frozen else {
@@ -223,24 +179,8 @@ impl Frame {
             next.fly(dt, &Turn::by(raw.spin.omega * dt));
             return Snapshot::of_full(&next, after.clock);
         };
-        let push = Self::hold(frozen, held);
-        let fall = [
-            frozen.g[0] - push[0] + frozen.psi[1] * push[1],
-            frozen.g[1] - push[1] + frozen.psi[0] * push[0],
-        ];
-        after.gaps = fly_for(fall, &raw.gaps, dt);
-        for i in 0..2 {
-            if held[i] {
-                (after.gaps.h[i], after.gaps.u[i]) = (0.0, 0.0);
-            }
-            after.impulses.jump[i] += push[i] * dt;
-            after.impulses.path[i] += 0.5 * push[i] * dt * dt;
-        }
-        let mut drift = raw.impulses;
-        advance(&mut drift, dt);
-        for i in 0..2 {
-            after.impulses.path[i] += drift.path[i] - raw.impulses.path[i];
-        }
+        after.gaps = fly_for(frozen.g, &raw.gaps, dt);
+        advance(&mut after.impulses, dt);
         after
     }
 }

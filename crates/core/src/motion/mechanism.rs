@@ -3,22 +3,24 @@
 
 use std::collections::BTreeSet;
 
+use crate::body::ContactSpace;
 use crate::body::contact::{ContactLetters, ContactValues, PerContact};
-use crate::body::{ContactSpace, State};
 use crate::collisions::local::{LocalCollisions, LoopExit, are_one};
 use crate::collisions::log::LastImpacts;
+use crate::impact::friction::NO_FRICTION;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::modes::Mode;
 use crate::motion::bounces::Bounces;
 use crate::motion::driver::{self, Coordinates as _, Driver, DriverStep};
 use crate::motion::nested::{Landed, NestedSequence};
+use crate::motion::pair_flight::next_landing;
 use crate::motion::record::{Moment, Motion, Tail, ZenoRecord};
 use crate::motion::slow::{InstantImpacts, SlowContacts, chatter_warning};
 use crate::motion::subject::Subject;
 use crate::options::{Impact, Jams, Options, Stop};
 use crate::outcome::{Cause, Outcome, ZenoMethod};
 use crate::sustained::frozen::Frozen;
-use crate::tolerance::{DEPARTED, STILL};
+use crate::tolerance::{DEPARTED, DEPARTS_AFTER, STILL};
 use crate::zeno::{FrozenModel, Gaps, Impulses};
 
 /// The coordinates of a mechanism.
@@ -47,6 +49,11 @@ impl Jointed {
         self.state.space()
     }
 
+    /// The model of the gaps of one or two contacts, if impacts are frictionless.
+    pub(super) fn plain(&self) -> Option<FrozenModel> {
+        self.state.rows.gaps.filter(|_| self.frictionless)
+    }
+
     /// Size of the displacements so far, in m: of the gaps at the start, and of a throw at the largest speed.
     pub(super) fn place(&self) -> f64 {
         let pull = self.space().largest_pull();
@@ -70,31 +77,39 @@ impl driver::Coordinates for Jointed {
     }
 
     fn has_left(driver: &mut Driver<'_, Self>) -> bool {
-        let limit = driver.options.neighbourhood.min(DEPARTED);
         let Jointed { state, fastest, .. } = &mut driver.body;
-        let space = state.space();
-        let far = |i: usize| {
-            let moved =
-                space.tangent(i).dot(&state.y).abs().max(space.normal_row(i).dot(&state.y).abs());
-            moved > limit
-        };
         *fastest = fastest.max(state.speed());
-        (0..space.count()).any(far)
+        let near = driver.options.neighbourhood;
+        // Without a neighbourhood this takes longer than the age of the universe.
+        if near == f64::INFINITY && driver.log.clock.hi <= DEPARTS_AFTER {
+            return false;
+        }
+        let limit = near.min(DEPARTED);
+        if driver.record.subject.posture().is_some() {
+            return driver.record.subject.state(state).q.xy().norm() > limit;
+        }
+        let (space, y) = (state.space(), &state.y);
+        let way = |row: &Coordinates| row.dot(y).abs();
+        (0..space.count()).any(|i| way(space.tangent(i)).max(way(space.normal_row(i))) > limit)
     }
 
     fn moment(driver: &Driver<'_, Self>) -> Moment {
-        let state = &driver.body.state;
+        let (state, subject) = (&driver.body.state, &driver.record.subject);
         Moment {
             clock: driver.log.clock,
-            state: State::at_rest([0.0; 3]),
-            gaps: state.points.iter().map(|p| p.h).collect(),
+            state: subject.state(state),
+            gaps: state.points.iter().map(|p| p.h + 0.0).collect(),
             rates: state.points.iter().map(|p| p.u + 0.0).collect(),
             sides: PerContact::new(),
-            mechanism: Some(Box::new(state.clone())),
+            mechanism: subject.mechanism().map(|_| Box::new(state.clone())),
         }
     }
 
-    fn watch_ground(_: &mut Driver<'_, Self>) {}
+    fn watch_ground(driver: &mut Driver<'_, Self>) {
+        if driver.watch.is_on() {
+            driver.watch_moment(&Jointed::moment(driver));
+        }
+    }
 
     fn largest_speed(driver: &Driver<'_, Self>) -> f64 {
         driver.body.fastest
@@ -112,9 +127,9 @@ impl driver::Coordinates for Jointed {
     fn fly(driver: &mut Driver<'_, Self>) -> Option<Outcome> {
         driver.resting.fill(false);
         driver.note_flight();
-        match driver.body.state.rows.gaps {
-            Some(model) if driver.body.frictionless => driver.clatter(&model),
-            _ => driver.next_touchdown(),
+        match driver.body.plain() {
+            Some(model) => driver.clatter(&model),
+            None => driver.next_touchdown(),
         }
     }
 
@@ -123,10 +138,20 @@ impl driver::Coordinates for Jointed {
     }
 
     fn last_impacts(driver: &Driver<'_, Self>) -> String {
-        driver.body.last.family(&driver.log)
+        match driver.body.plain() {
+            Some(model) => {
+                let state = &driver.body.state;
+                next_landing(state.points.len(), &state.gaps(), model.g)
+            }
+            None => driver.body.last.family(&driver.log),
+        }
     }
 
     fn last_warnings(driver: &mut Driver<'_, Self>) {
+        let mut contacts = driver.body.state.rows.friction.iter().zip(driver.log.struck);
+        if contacts.any(|(friction, struck)| struck && *friction > 0.0) {
+            driver.record.warnings.push(NO_FRICTION.into());
+        }
         let warning = chatter_warning(&driver.body.stopped_chatter, driver.body.fastest);
         driver.record.warnings.extend(warning);
     }
@@ -134,7 +159,7 @@ impl driver::Coordinates for Jointed {
 
 impl<'a> Driver<'a, Jointed> {
     /// `place`: size of the displacements at the start, in m.
-    pub(crate) fn of_mechanism(
+    pub(crate) fn of_rows(
         state: Frozen,
         place: f64,
         subject: Subject,
@@ -159,7 +184,7 @@ impl<'a> Driver<'a, Jointed> {
         Self::with(body, subject, true, options, warnings, cancel)
     }
 
-    fn note_flight(&mut self) {
+    pub(super) fn note_flight(&mut self) {
         self.log.enter(&ContactValues::from_elem(Mode::Separate, self.body.state.points.len()));
         self.write_flight();
     }
@@ -227,6 +252,12 @@ impl<'a> Driver<'a, Jointed> {
         let exit = match begun {
             Err(exit) => exit,
             Ok(mut collisions) => {
+                if self.watch.is_on() {
+                    let before = self.body.state.clone();
+                    self.body.state = before.hit(self.log.clock.since(start), &sum, &gaps);
+                    Jointed::watch_ground(self);
+                    self.body.state = before;
+                }
                 let exit = loop {
                     if let Some(exit) = collisions.next(model, &mut self.log) {
                         break exit;
@@ -245,13 +276,13 @@ impl<'a> Driver<'a, Jointed> {
                 self.settle(&[contact], ZenoMethod::Bounce, true, 0.0)
             }
             LoopExit::Clatter(tail) => {
-                self.both_rest(model, tail.duration);
+                self.both_rest(model, tail.duration, Tail::Collisions);
                 self.settle(&[0, 1], ZenoMethod::Clatter, tail.proved, tail.error)
             }
             LoopExit::Reached { remaining, self_similar } => {
                 let method = if self_similar { ZenoMethod::SelfSimilar } else { ZenoMethod::Mixed };
                 // The bound is crude, but below the rounding error of the time.
-                self.both_rest(model, 0.5 * remaining);
+                self.both_rest(model, 0.5 * remaining, Tail::Collisions);
                 self.settle(&[0, 1], method, false, 0.5 * remaining)
             }
             LoopExit::Never => self.ends_before(f64::INFINITY),
@@ -262,9 +293,9 @@ impl<'a> Driver<'a, Jointed> {
     }
 
     /// Moves to the instant, after `t`, at which two contacts rest.
-    fn both_rest(&mut self, model: &FrozenModel, t: f64) {
+    pub(super) fn both_rest(&mut self, model: &FrozenModel, t: f64, tail: Tail) {
         let own = model.settle(&self.body.state.gaps(), t);
-        self.skip(Tail::Collisions, t, &own, &Gaps::default());
+        self.skip(tail, t, &own, &Gaps::default());
     }
 
     /// Moves to the end of a tail of this duration.
@@ -367,10 +398,17 @@ impl<'a> Driver<'a, Jointed> {
             let word = ContactLetters::from_elem(Mode::Separate, state.points.len());
             return Some((state.flown(left), word));
         }
+        if let (Tail::Cycle { ratio, duration }, Some(model)) = (tail, &start.rows.gaps) {
+            let cycles = (libm::log1p(-dt / duration) / libm::log(ratio)).floor();
+            let scale = libm::pow(ratio, cycles);
+            let (t, gaps) = (duration * (1.0 - scale), start.gaps());
+            let gaps_then = Gaps { h: [0.0; 2], u: gaps.u.map(|u| u * scale) };
+            let own = model.lead_to(gaps_then.u, &gaps, t);
+            (state, left) = (start.hit(t, &own, &gaps_then), (dt - t).max(0.0));
+        }
         let options = options.of_resimulated_tail(left);
         let resting = state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
-        let mut run =
-            Driver::of_mechanism(state, 0.0, subject.clone(), &options, Vec::new(), &|| false);
+        let mut run = Driver::of_rows(state, 0.0, subject.clone(), &options, Vec::new(), &|| false);
         run.resting = resting;
         run.body.fastest = fastest;
         run.run_tail().map(|run| (run.body.state, run.log.word))

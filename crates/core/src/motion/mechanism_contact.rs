@@ -6,6 +6,7 @@ use crate::math::mass_vector::{self, MassVector};
 use crate::modes::{MechanismProblem, Mode, Onward, onward};
 use crate::motion::driver::{Driver, DriverStep};
 use crate::motion::mechanism::Jointed;
+use crate::motion::subject::Subject;
 use crate::options::Stop;
 use crate::outcome::{Cause, ContactNumber, Outcome, ZenoMethod};
 use crate::sustained::frozen::{Frozen, ModeEnd};
@@ -40,20 +41,27 @@ impl Driver<'_, Jointed> {
         let word: ContactLetters<Mode> =
             rests.iter().map(|on| if *on { Mode::Right } else { Mode::Separate }).collect();
         self.body.state.project(&word);
-        let new: Vec<usize> = (0..count)
-            .filter(|&i| rests[i] && !self.resting[i])
-            .filter(|&i| match self.body.space().gravity(i) {
-                0.0 => !fresh,
-                pull => pull > 0.0,
-            })
-            .collect();
+        // A contact that lifts off at once has not come to rest.
+        let rows = &self.body.state.rows;
+        let pressed = rows
+            .gaps
+            .filter(|_| rows.friction.iter().all(|mu| *mu == 0.0))
+            .map(|model| model.pressed([0, 1].map(|i| rests.get(i).is_some_and(|on| *on))));
+        let stays = |i: usize| match (pressed, self.body.space().gravity(i)) {
+            (Some(pressed), _) => pressed[i],
+            (None, 0.0) => !fresh,
+            (None, pull) => pull > 0.0,
+        };
+        let new: Vec<usize> =
+            (0..count).filter(|&i| rests[i] && !self.resting[i] && stays(i)).collect();
         if !new.is_empty() {
             let method = if fresh { ZenoMethod::Rest } else { ZenoMethod::Bounce };
             if let Some(outcome) = self.settle(&new, method, true, 0.0) {
                 return DriverStep::End(outcome);
             }
         }
-        let mut ways = self.ways(&rests);
+        let slide = self.slowest_known_slide(self.body.space().largest_pull());
+        let mut ways = self.ways(&rests, slide);
         loop {
             let chosen = match self.choose(&ways) {
                 Ok(chosen) => chosen,
@@ -140,10 +148,9 @@ impl Driver<'_, Jointed> {
         self.stay()
     }
 
-    /// The signs of sliding of these closed contacts: 0 where the speed counts as zero.
-    fn ways(&self, closed: &[bool]) -> Ways {
+    /// The signs of sliding of these closed contacts: 0 where the speed counts as zero. `tolerance`: this speed, in m/s.
+    fn ways(&mut self, closed: &[bool], tolerance: f64) -> Ways {
         let state = &self.body.state;
-        let tolerance = Self::still_slide(self);
         let limit = |i: usize| if state.rows.friction[i] > 0.0 { tolerance } else { 0.0 };
         let slips: ContactValues<f64> = (0..closed.len()).map(|i| state.slip(i)).collect();
         let on = || (0..closed.len()).filter(|&i| closed[i]);
@@ -156,9 +163,12 @@ impl Driver<'_, Jointed> {
             false => slips[i].abs() <= limit(i),
         };
         let sign = |slip: f64| i8::from(slip > 0.0) - i8::from(slip < 0.0);
-        (0..closed.len())
+        let ways = (0..closed.len())
             .map(|i| closed[i].then(|| if none(i) { 0 } else { sign(slips[i]) }))
-            .collect()
+            .collect();
+        let dropped = on().filter(|&i| none(i)).map(|i| slips[i].abs()).fold(0.0, f64::max);
+        self.body.laps.drop(dropped);
+        ways
     }
 
     /// The only word in which the motion continues; an error: the outcome if there is none or more than one.
@@ -176,10 +186,17 @@ impl Driver<'_, Jointed> {
         match found.pop() {
             Some(one) if found.is_empty() && !one.undetermined => Ok(one),
             _ => {
-                let subject = self.record.subject.mechanism();
-                let problem =
-                    subject.and_then(|start| MechanismProblem::new(&start.mechanism, ways).ok());
-                self.record.undecided_mechanism = problem.map(Box::new);
+                match &self.record.subject {
+                    Subject::Body(body) => {
+                        let problem = body.problem(self.body.space().pull(), ways);
+                        self.record.undecided = problem.ok().map(Box::new);
+                    }
+                    Subject::Mechanism(start) => {
+                        let problem = MechanismProblem::new(&start.mechanism, ways);
+                        self.record.undecided_mechanism = problem.ok().map(Box::new);
+                    }
+                    Subject::Local(_) => {}
+                }
                 Err(if none { Outcome::Inconsistent } else { Outcome::Ambiguous })
             }
         }
@@ -211,17 +228,21 @@ impl Driver<'_, Jointed> {
             (true, _) => Outcome::Escape,
             (false, true) => {
                 let still = mass_vector::Coordinates::zeros(space.pull().len());
-                self.record.acceleration = Some(self.acceleration(&still));
+                self.record.acceleration = self.acceleration(&still);
                 Outcome::Sliding
             }
             (false, false) => Outcome::Rest,
         }
     }
 
-    /// q̈ of all coordinates, from ÿ.
-    fn acceleration(&self, y: &mass_vector::Coordinates) -> Vec<f64> {
-        let dof = self.record.subject.mechanism().map_or(0, |start| start.mechanism.dof());
-        self.body.space().acceleration(dof, y)
+    /// q̈ of all coordinates, from ÿ; a model without a body has none.
+    fn acceleration(&self, y: &mass_vector::Coordinates) -> Option<Vec<f64>> {
+        let dof = match &self.record.subject {
+            Subject::Body(_) => 3,
+            Subject::Mechanism(start) => start.mechanism.dof(),
+            Subject::Local(_) => return None,
+        };
+        Some(self.body.space().acceleration(dof, y))
     }
 
     /// Holds the contacts in these modes: up to the contact that stops sliding, or to another end of the phase.
@@ -233,7 +254,7 @@ impl Driver<'_, Jointed> {
         let endless = t == f64::INFINITY || way > DEPARTED;
         if endless && left == f64::INFINITY {
             let closed = word.iter().all(|&mode| mode != Mode::Separate);
-            self.record.acceleration = Some(self.acceleration(a));
+            self.record.acceleration = self.acceleration(a);
             return Err(DriverStep::End(if closed { Outcome::Sliding } else { Outcome::Escape }));
         }
         if endless || t > left {

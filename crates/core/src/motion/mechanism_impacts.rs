@@ -10,12 +10,13 @@ use crate::impact::friction::{
     self, Material, NO_FRICTION, plastic_jam, slides_in_impact, watch_energy,
 };
 use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, all_closed, together};
+use crate::math::clock::Clock;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::math::simplex::maximise;
 use crate::modes::Mode;
 use crate::motion::driver::{Coordinates as _, Driver, DriverStep};
 use crate::motion::mechanism::Jointed;
-use crate::motion::nested::{CycleSum, Landed};
+use crate::motion::nested::{CycleSum, Landed, SlowLanding};
 use crate::motion::record::{ListedImpact, Tail};
 use crate::motion::slow::{GoesOn, InstantImpacts};
 use crate::options::{Impact, Jams, Simultaneous};
@@ -34,16 +35,15 @@ impl Driver<'_, Jointed> {
 
     /// One impact of contacts that approach at zero gap, or several at once.
     pub(super) fn impact(&mut self, coming: &[usize]) -> Option<Outcome> {
+        if let Some(model) = self.body.plain() {
+            return self.plain_impact(&model, coming);
+        }
         let coming = self.arriving(coming);
         let arriving: ContactValues<usize> =
             coming.iter().copied().filter(|&i| !self.resting[i]).collect();
         let chosen = if arriving.is_empty() { &coming } else { &arriving };
         if chosen.len() > 1 {
-            let numbers: Vec<String> = chosen.iter().map(|i| (i + 1).to_string()).collect();
-            self.warn_once(format!(
-                "contacts {} collided at the same instant; the outcome depends on the policy `simultaneous`",
-                numbers.join(", ")
-            ));
+            self.warn_of_tie(chosen);
         }
         if self.options.policy() == Simultaneous::Together {
             let parties = if self.options.hits_resting() {
@@ -98,6 +98,42 @@ impl Driver<'_, Jointed> {
             return end;
         }
         self.stop_slow(rate.abs())
+    }
+
+    pub(super) fn warn_of_tie(&mut self, contacts: &[usize]) {
+        self.warn_once(format!(
+            "{} collided at the same instant; the outcome depends on the policy `simultaneous`",
+            names(contacts.iter().copied())
+        ));
+    }
+
+    /// The impacts whose recorded time is `end` (s since the start), which the run has reached, as those of bodies.
+    pub(super) fn impacts_at(&mut self, end: f64) -> Option<Outcome> {
+        let latest = Clock { hi: end, lo: f64::EPSILON * end };
+        let (clock, options) = (self.log.clock, self.options);
+        for p in &mut self.body.state.points {
+            let due = || options.clock(clock.after(-p.h / p.u)) <= options.clock(latest);
+            if p.h > 0.0 && p.u < 0.0 && due() {
+                p.h = 0.0;
+            }
+        }
+        loop {
+            let points = &self.body.state.points;
+            let coming: ContactValues<usize> =
+                (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u < 0.0).collect();
+            if coming.is_empty() {
+                return None;
+            }
+            if !self.log.step() {
+                return Some(Outcome::EventLimit);
+            }
+            if Jointed::has_left(self) {
+                return Some(Outcome::Escape);
+            }
+            if let Some(outcome) = self.impact(&coming) {
+                return Some(outcome);
+            }
+        }
     }
 
     /// Those that are hit: these, and all that arrive with them, whose gaps are set to zero.
@@ -531,21 +567,43 @@ impl Driver<'_, Jointed> {
             return DriverStep::Piece;
         }
         let (clock, left, fastest) = (self.log.clock, self.log.left(), self.body.fastest);
+        let (speed, gravity) = (self.body.state.speed(), self.body.space().largest_pull());
+        let landing = -self.body.state.points[b].u;
+        if let Some(slow) = SlowLanding::of(landing, speed, fastest, gravity) {
+            let state = &mut self.body.state;
+            state.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
+            state.project(&[Mode::Right; 2]);
+            if slow.quiet {
+                state.v.clear();
+            }
+            self.body.laps.forget();
+            return self.settle(&[0, 1], ZenoMethod::Mixed, false, slow.error).into();
+        }
         let mut laps = std::mem::take(&mut self.body.laps);
-        let sum = laps.next(b, &self.body, clock, fastest, left);
+        // Without friction the gaps move by themselves, and all their motions scale.
+        let rows = &self.body.state.rows;
+        let alone = rows.gaps.is_some() && rows.friction.iter().all(|mu| *mu == 0.0);
+        let sum = laps.next(b, alone, &self.body, clock, fastest, left);
         self.body.laps = laps;
-        let Some(CycleSum { way, velocity, duration, repeats, error, .. }) = sum else {
+        let Some(CycleSum { way, velocity, duration, ratio, repeats, error, .. }) = sum else {
             return DriverStep::Piece;
         };
-        self.write_sum(Tail::Collisions);
         self.body.laps.forget();
-        let state = &mut self.body.state;
-        state.y.add_scaled(&way, 1.0);
-        state.v = velocity;
-        state.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
-        self.log.clock = clock.after(duration);
+        match self.body.state.rows.gaps {
+            Some(model) if alone => {
+                self.both_rest(&model, duration, Tail::Cycle { ratio, duration });
+            }
+            _ => {
+                self.write_sum(Tail::Collisions);
+                let state = &mut self.body.state;
+                state.y.add_scaled(&way, 1.0);
+                state.v = velocity;
+                state.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
+                self.log.clock = clock.after(duration);
+            }
+        }
         let method = if repeats { ZenoMethod::Nested } else { ZenoMethod::Mixed };
-        self.settle(&[0, 1], method, false, error).into()
+        self.settle(&[0, 1], method, alone && repeats, error).into()
     }
 
     /// The largest sliding speed that counts as zero, in m/s.

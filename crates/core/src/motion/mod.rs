@@ -14,6 +14,7 @@ mod mechanism_impacts;
 mod pair;
 mod pair_contact;
 mod pair_flight;
+mod plain;
 pub(crate) mod record;
 mod nested;
 mod sides;
@@ -21,7 +22,6 @@ mod slow;
 mod stages;
 pub(crate) mod subject;
 mod vertices;
-mod without_body;
 
 pub(crate) use any::AnyContacts;
 pub(crate) use driver::Driver;

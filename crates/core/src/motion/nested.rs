@@ -14,7 +14,8 @@ use crate::modes::Mode;
 use crate::motion::driver::{Coordinates, Driver};
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{
-    BOUNCE_CHANGE, CYCLE_RATIO_ROUNDINGS, NEXT_TERM, REACHED, REMAINDER_FACTOR, STILL,
+    BOUNCE_CHANGE, CYCLE_RATIO_ROUNDINGS, NEXT_TERM, QUIET_LANDING, REACHED, REMAINDER_FACTOR,
+    STILL,
 };
 
 /// Two contacts of a body or of a mechanism, one of which lands while the other is held.
@@ -64,6 +65,25 @@ pub(crate) struct NestedSequence<V> {
     landings: [usize; 2],
 }
 
+/// A landing, while another contact is held, with a speed that counts as zero.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct SlowLanding {
+    /// Whether all speeds count as zero, so that everything comes to rest; if not, only the contact that lands does.
+    pub(super) quiet: bool,
+    /// Error of the time of rest, in s.
+    pub(super) error: f64,
+}
+
+impl SlowLanding {
+    /// `landing`: speed of the landing; `left`: the largest of all speeds; `fastest`: of those of the run, in m/s; `gravity`: in m/s².
+    pub(super) fn of(landing: f64, left: f64, fastest: f64, gravity: f64) -> Option<Self> {
+        let (quiet, slow) = (left <= QUIET_LANDING * fastest, landing <= f64::EPSILON * fastest);
+        let speed = if quiet { left } else { landing };
+        (gravity > 0.0 && (quiet || slow))
+            .then(|| Self { quiet, error: REMAINDER_FACTOR * speed / gravity })
+    }
+}
+
 /// A cycle, at its end.
 #[derive(Debug, Clone)]
 struct Cycle<V> {
@@ -90,6 +110,8 @@ pub(crate) struct CycleSum<V> {
     pub(crate) velocity: V,
     /// Time until then, in s.
     pub(crate) duration: f64,
+    /// r
+    pub(crate) ratio: f64,
     /// Whether cycles repeat themselves; if not, the time left is so short that they need not.
     pub(crate) repeats: bool,
     /// Estimate of the error of that time, in s.
@@ -156,10 +178,12 @@ impl<V: MassVector> NestedSequence<V> {
     /// v_∞ = v + (v − v₀) r/(1 − r),   T = (t − t₀) r/(1 − r),   q_∞ = q + v_∞ T + (q − q₀ − v_∞ (t − t₀)) r²/(1 − r²)
     /// ```
     ///
-    /// `fastest`: bound of the speeds so far; `left`: time to the end of the run.
+    /// `fastest`: bound of the speeds so far; `left`: time to the end of the run; `alone`: whether the landing speed alone determines the
+    /// motion after it, up to its scale, so that one cycle shows all.
     pub(crate) fn next(
         &mut self,
         b: usize,
+        alone: bool,
         now: &impl Landed<V = V>,
         clock: Clock,
         fastest: f64,
@@ -188,11 +212,15 @@ impl<V: MassVector> NestedSequence<V> {
         // The geometry has to stay the same, too: then times shrink in the same ratio. The deviation from it is of the order of
         // the angle of the body, which shrinks with the cycles.
         let turned = now.turned(&last.qdot, t, (dt / (ratio * last.duration) - 1.0).abs());
-        let change = t * ((ratio - last.ratio).abs() / (1.0 - ratio) + turned) / (1.0 - ratio);
+        // Ratios that differ by their rounding errors are one ratio.
+        let rounding = CYCLE_RATIO_ROUNDINGS * f64::EPSILON;
+        let other = (ratio - last.ratio).abs();
+        let other = if other <= rounding * ratio { 0.0 } else { other };
+        let change = if alone { 0.0 } else { t * (other / (1.0 - ratio) + turned) / (1.0 - ratio) };
         // The change of velocity in a cycle also has to repeat, to the accuracy with which the sum adds it: a contact that slid
         // in the previous cycle and sticks in this one may leave the ratio of the landing speeds unchanged.
         let unlike = now.speed(&gained.plus(&last.change, -ratio)) * sum;
-        let alike = unlike <= STILL * fastest;
+        let alike = alone || unlike <= STILL * fastest;
         let repeats = alike && change <= f64::EPSILON * clock.hi;
         let reached = t <= REACHED * clock.hi;
         if !(0.0 < ratio && ratio < 1.0 && t <= left) || !(repeats || reached) {
@@ -218,12 +246,12 @@ impl<V: MassVector> NestedSequence<V> {
             return None;
         }
         let missing = self.missing(now.gravity());
-        let rounding = CYCLE_RATIO_ROUNDINGS * f64::EPSILON * t;
-        let error = if repeats { change + (rounding + missing) / (1.0 - ratio) } else { t };
+        let error = if repeats { change + (rounding * t + missing) / (1.0 - ratio) } else { t };
         Some(CycleSum {
             way,
             velocity: v,
             duration: t,
+            ratio,
             repeats,
             error,
             before: last,
@@ -319,8 +347,9 @@ impl NestedSequence<Vector3<f64>> {
         left: f64,
     ) -> Option<Limit> {
         let now = LandedBody(body, size);
-        let CycleSum { way, velocity: v, duration: t, repeats, error, before, last: dt, rest } =
-            self.next(b, &now, clock, fastest, left)?;
+        let CycleSum {
+            way, velocity: v, duration: t, repeats, error, before, last: dt, rest, ..
+        } = self.next(b, false, &now, clock, fastest, left)?;
         // No point may come to an end of its terrain before the limit.
         let far = t * (now.speed(&before.qdot) + body.gravity * dt);
         let room =

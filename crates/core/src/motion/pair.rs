@@ -16,6 +16,7 @@ use crate::motion::bounces::{Bounces, Settled};
 use crate::motion::driver::{Coordinates, Driver, DriverStep, Planar};
 use crate::motion::frame::{Frame, Snapshot};
 use crate::motion::nested::Limit;
+use crate::motion::pair_flight::next_landing;
 use crate::motion::record::{InFrame, Moment, Motion, Tail, ZenoRecord};
 use crate::motion::subject::Subject;
 use crate::options::{Options, Simultaneous};
@@ -44,8 +45,6 @@ pub(crate) struct Pair {
     pub(super) state: PairState,
     /// The equations that the state belongs to.
     pub(super) frame: Frame,
-    /// For each held contact of a model without a body: speed and time of the last landing of the other in this frame.
-    pub(super) landings: [Option<(f64, Clock)>; 2],
     /// The limit of the bounces in progress.
     pub(super) settled: Option<Box<Settled>>,
     pub(super) bounces: Bounces,
@@ -103,7 +102,7 @@ impl Coordinates for Pair {
         let limit = driver.options.neighbourhood.min(DEPARTED);
         // Without a neighbourhood this takes longer than the age of the universe.
         let may = driver.options.neighbourhood.is_finite() || driver.log.clock.hi > DEPARTS_AFTER;
-        may && driver.record.subject.pair().is_some() && {
+        may && {
             let q = driver.full().state().q;
             libm::hypot(q.x, q.y) > limit
         }
@@ -144,10 +143,10 @@ impl Coordinates for Pair {
     }
 
     fn rest(driver: &mut Driver<'_, Self>, rests: ContactValues<bool>, fresh: bool) -> DriverStep {
-        // For a body, a contact phase decides on contacts at rest; gravity decides at the start only.
-        let asked = fresh || driver.record.subject.pair().is_none();
-        let held = if asked { driver.pressed() } else { [false; 2] };
         if fresh {
+            let gaps = driver.body.gaps();
+            let resting = [0, 1].map(|i| gaps.h[i] == 0.0 && gaps.u[i] == 0.0);
+            let held = driver.model().pressed(resting);
             if held != [false; 2]
                 && let Some(outcome) = driver.zeno_here(held, ZenoMethod::Rest)
             {
@@ -155,23 +154,11 @@ impl Coordinates for Pair {
             }
             driver.resting.clone_from(&rests); // at rest from the start: no event
         }
-        // A contact stopped by one impact without rebound is an accumulation of one impact.
-        let stopped = driver.not_yet(held);
-        if stopped != [false; 2]
-            && let Some(outcome) = driver.zeno_here(stopped, ZenoMethod::Bounce)
-        {
-            return DriverStep::End(outcome);
-        }
-        match held {
-            _ if driver.record.subject.pair().is_some() => driver.contact_phase(rests, fresh),
-            [false, false] => DriverStep::Flight,
-            [true, true] => DriverStep::End(driver.stay(held)),
-            _ => driver.hold(held).into(),
-        }
+        driver.contact_phase(rests, fresh)
     }
 
     fn last_impacts(driver: &Driver<'_, Self>) -> String {
-        driver.next_landing()
+        next_landing(driver.body.count, &driver.body.gaps(), driver.model().g)
     }
 
     /// Impacts in these coordinates are frictionless.
@@ -188,13 +175,12 @@ impl Planar for Pair {
     fn enter_contact(driver: &mut Driver<'_, Self>, rests: &[bool]) -> Result<BodyState, Outcome> {
         let was_frozen = driver.is_brief();
         driver.unfreeze();
-        let frame = &driver.body.frame;
-        let (frozen, full) = (frame.frozen.is_some().then_some(frame.spin), driver.full());
+        let full = driver.full();
         let all = (0..driver.body.count).all(|i| rests[i] && driver.resting[i]);
-        if all && let Some(modes) = driver.stands(&full, frozen) {
-            return Err(driver.rest_in(modes, full, frozen));
+        if all && let Some(modes) = driver.stands(&full) {
+            return Err(driver.rest_in(modes, full));
         }
-        let body = driver.record.subject.body_state(&full, frozen);
+        let body = driver.record.subject.body_state(&full);
         let mut body = body.unwrap_or_else(|| unreachable!("contact phases belong to a body"));
         if was_frozen {
             body.unfreeze();
@@ -215,8 +201,7 @@ impl Planar for Pair {
     }
 
     fn leave_contact(driver: &mut Driver<'_, Self>, body: BodyState) {
-        let frozen = body.frozen.then_some(driver.body.frame.spin);
-        driver.leave(&body, frozen);
+        driver.leave(&body);
     }
 
     fn stop_slowly(
@@ -244,16 +229,15 @@ impl<'a> Driver<'a, Pair> {
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
-        let (state, local) = (first.state(&subject, &first.start), first.frozen.is_some());
+        let state = first.state(&subject, &first.start);
         let body = Pair {
             count: subject.count(),
             state,
             frame: first,
-            landings: [None; 2],
             settled: None,
             bounces: Bounces::default(),
         };
-        Self::with(body, subject, local, options, warnings, cancel)
+        Self::with(body, subject, false, options, warnings, cancel)
     }
 
     /// The state at time `dt` of a summed tail that begins at `raw`, in the coordinates of the full model, and the modes of the
@@ -280,7 +264,7 @@ impl<'a> Driver<'a, Pair> {
             Tail::Bounce { contact } => {
                 let (t, gaps, own) = frozen.skip_bounces(contact, &raw.gaps, dt);
                 let rest = skip(t, gaps, own).max(0.0);
-                let full = frame.to_full(subject, &frame.smooth(subject, &near, [false; 2], rest));
+                let full = frame.to_full(subject, &frame.flown(subject, &near, rest));
                 return Some((full, ContactLetters::from_elem(Mode::Separate, subject.count())));
             }
             Tail::Cycle { ratio, duration } => {
@@ -305,10 +289,9 @@ impl<'a> Driver<'a, Pair> {
         Some((full, driver.log.word))
     }
 
-    /// Begins a motion in which these contacts are held.
-    pub(super) fn note(&mut self, held: [bool; 2], motion: impl FnOnce(InFrame) -> Motion) {
-        let mode = |held: bool| if held { Mode::Fixed } else { Mode::Separate };
-        self.log.enter(&held.map(mode)[..self.body.count]);
+    /// Begins a flight, or a sum of impacts.
+    pub(super) fn note(&mut self, motion: impl FnOnce(InFrame) -> Motion) {
+        self.log.enter(&[Mode::Separate; 2][..self.body.count]);
         self.begin_span(motion);
     }
 
@@ -331,17 +314,9 @@ impl<'a> Driver<'a, Pair> {
     /// Checks the ground at the current state.
     #[inline(never)] // keeps the registers free for the collisions
     fn watch_from_here(&mut self) {
-        let place = match &self.body.state {
-            PairState::Full(state) => state.q(),
-            PairState::Frozen(state) => self.body.frame.place(
-                &self.record.subject,
-                &state.model,
-                self.log.clock,
-                state.sum.path,
-            ),
-        };
-        if self.has_moved(&place) {
-            self.watch_moment(&Pair::moment(self));
+        let now = Pair::moment(self);
+        if self.has_moved(&now.state.q) {
+            self.watch_moment(&now);
         }
     }
 
@@ -367,7 +342,7 @@ impl<'a> Driver<'a, Pair> {
 
     /// Whether the full model is frozen for the last moments of an accumulation.
     fn is_brief(&self) -> bool {
-        !self.local && self.body.frame.frozen.is_some()
+        self.body.frame.frozen.is_some()
     }
 
     /// The state in the coordinates of the current frame.
@@ -384,13 +359,6 @@ impl<'a> Driver<'a, Pair> {
         match &self.body.state {
             PairState::Full(state) => FrozenModel::new(&state.frozen()),
             PairState::Frozen(state) => state.model,
-        }
-    }
-
-    pub(super) fn set_gaps(&mut self, gaps: Gaps) {
-        match &mut self.body.state {
-            PairState::Full(state) => state.gaps = gaps,
-            PairState::Frozen(state) => state.gaps = gaps,
         }
     }
 
@@ -452,7 +420,6 @@ impl<'a> Driver<'a, Pair> {
             self.log.struck = [true; 2];
             // Both gaps are zero and stay zero.
             self.apply_impulses(jump, rates);
-            self.body.landings = [None; 2];
             let certified = model.chatters();
             return self.come_to_rest([true, true], ZenoMethod::Chatter, certified, 0.0);
         }
@@ -485,7 +452,7 @@ impl<'a> Driver<'a, Pair> {
             }
         }
         self.align_bodies();
-        self.note([false; 2], Motion::Flight);
+        self.note(Motion::Flight);
         if in_step && let Some(t) = self.bounce_together(rates, turns) {
             let tail = Tail::Cycle { ratio: self.model().e[0], duration: t };
             return self.settle(t, ZenoMethod::Bounce, true, 0.0, tail);
@@ -518,11 +485,10 @@ impl<'a> Driver<'a, Pair> {
         }
     }
 
-    /// Adds a body for each collision, except in the local model, where none is used.
+    /// Adds a body for each collision.
     pub(super) fn align_bodies(&mut self) {
         let body = match &self.body.state {
             PairState::Full(state) => (state.center, state.spin),
-            PairState::Frozen(_) if self.local => return,
             PairState::Frozen(_) => Default::default(),
         };
         self.log.bodies.resize(self.log.collisions.len(), body);
@@ -617,7 +583,7 @@ impl<'a> Driver<'a, Pair> {
             self.body.state = PairState::Full(after);
             self.set_frame(Frame::full(full));
         } else {
-            self.note([false; 2], |at| Motion::Tail(at, tail));
+            self.note(|at| Motion::Tail(at, tail));
             if let PairState::Frozen(state) = &mut self.body.state {
                 for i in 0..2 {
                     state.sum.path[i] += state.sum.jump[i] * t + own.path[i];
@@ -677,7 +643,6 @@ impl<'a> Driver<'a, Pair> {
 
     pub(super) fn freeze(&mut self, state: &FullState) {
         self.begin_frame(Frame::frozen(Snapshot::of_full(state, self.log.clock), state));
-        self.body.landings = [None; 2];
     }
 
     pub(super) fn unfreeze(&mut self) {

@@ -5,13 +5,11 @@ use nalgebra::Vector2;
 use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::body::terrain::Place;
-use crate::collisions::full::FullState;
-use crate::collisions::log::Spin;
 use crate::math::turn::Turn;
 use crate::modes::{Mode, Row};
 use crate::motion::driver::{Coordinates, Driver};
 use crate::motion::frame::{Frame, Snapshot};
-use crate::motion::nested::Limit;
+use crate::motion::nested::{Limit, SlowLanding};
 use crate::motion::pair::{Pair, PairState};
 use crate::motion::record::{Motion, Tail};
 use crate::motion::subject::Subject;
@@ -19,15 +17,14 @@ use crate::options::Stop;
 use crate::outcome::{Outcome, ZenoMethod};
 use crate::sustained::phase::only_mode_of;
 use crate::sustained::{BodyState, ContactState, Rounding};
-use crate::tolerance::{QUIET_LANDING, REMAINDER_FACTOR, STILL};
+use crate::tolerance::STILL;
 use crate::zeno::Impulses;
 
 impl Subject {
-    /// The body of a snapshot of the full model. `frozen`: the rotation at which the geometry is frozen.
-    pub(crate) fn body_state(&self, at: &Snapshot, frozen: Option<Spin>) -> Option<BodyState> {
+    /// The body of a snapshot of the full model.
+    pub(crate) fn body_state(&self, at: &Snapshot) -> Option<BodyState> {
         let (body, posture) = (self.pair()?, self.posture()?);
-        let turned = frozen.unwrap_or(at.spin).theta;
-        let turn = Turn::by(turned);
+        let turn = Turn::by(at.spin.theta);
         let points = (0..self.count()).map(|i| {
             let k = &body.contacts[i];
             let (b, c) = k.turned(&turn);
@@ -56,7 +53,7 @@ impl Subject {
             rho2: body.rho2,
             fall: Vector2::new(0.0, -body.gravity),
             gravity: body.gravity,
-            frozen: frozen.is_some(),
+            frozen: false,
         })
     }
 }
@@ -64,20 +61,19 @@ impl Subject {
 impl Driver<'_, Pair> {
     /// The modes of a body that stays at rest: all contacts rest, and all speeds are rounding error. `None`: closed forms do not
     /// decide.
-    pub(super) fn stands(&mut self, at: &Snapshot, frozen: Option<Spin>) -> Option<[Mode; 2]> {
+    pub(super) fn stands(&mut self, at: &Snapshot) -> Option<[Mode; 2]> {
         let (body, posture) = (self.record.subject.pair()?, self.record.subject.posture()?);
         let tolerance = STILL * Pair::largest_speed(self);
         let (v, omega) = (at.center.v, at.spin.omega);
         if !(v.x.abs().max(v.y.abs()).max(posture.size() * omega.abs()) <= tolerance) {
             return None;
         }
-        let (rho, turn) = (body.rho2.sqrt(), Turn::by(frozen.unwrap_or(at.spin).theta));
-        let spin = frozen.map_or(omega, |spin| spin.omega);
-        let omega_squared = spin * spin;
+        let (rho, turn) = (body.rho2.sqrt(), Turn::by(at.spin.theta));
+        let omega_squared = omega * omega;
         // The centre of mass is between two contacts on level ground without friction, λ_i = g b_j/(b_j − b_i): both forces
         // press, and no other motion is consistent. To test all words would cost a fifth of a short run.
         let level = |k: &ContactGeometry| k.friction == 0.0 && k.normal == Vector2::y();
-        let lies = body.gravity > 0.0 && v.x == 0.0 && spin == 0.0;
+        let lies = body.gravity > 0.0 && v.x == 0.0 && omega == 0.0;
         if lies && self.body.count == 2 && body.contacts.iter().all(level) {
             let [one, two] = body.contacts.map(|k| k.turned(&turn).0);
             if one * two < 0.0 {
@@ -119,20 +115,13 @@ impl Driver<'_, Pair> {
     }
 
     /// Stays at rest in these modes.
-    pub(super) fn rest_in(
-        &mut self,
-        modes: [Mode; 2],
-        mut full: Snapshot,
-        frozen: Option<Spin>,
-    ) -> Outcome {
+    pub(super) fn rest_in(&mut self, modes: [Mode; 2], mut full: Snapshot) -> Outcome {
         (full.center.v, full.spin.omega) = (Vector2::zeros(), 0.0);
         for i in 0..self.body.count {
             (full.gaps.h[i], full.gaps.u[i]) = (0.0, 0.0);
         }
         full.impulses = Impulses::default();
-        if let Some(body) =
-            self.record.subject.body_state(&full, frozen).filter(|_| self.log.record)
-        {
+        if let Some(body) = self.record.subject.body_state(&full).filter(|_| self.log.record) {
             let modes = &modes[..self.body.count];
             self.write(Motion::Modes(Box::new(body), modes.into()));
         }
@@ -143,7 +132,7 @@ impl Driver<'_, Pair> {
         } else {
             Outcome::Rest
         };
-        self.go_on_from(full, frozen);
+        self.begin_frame(Frame::full(full));
         outcome
     }
 
@@ -154,20 +143,16 @@ impl Driver<'_, Pair> {
         let v = body.state().qdot;
         let left = v.x.abs().max(v.y.abs()).max(size * v.z.abs());
         let fastest = Pair::largest_speed(self);
-        let landing = -body.points[b].u;
-        let (quiet, slow) = (left <= QUIET_LANDING * fastest, landing <= f64::EPSILON * fastest);
-        if !(body.gravity > 0.0 && (quiet || slow)) {
-            return None;
-        }
+        let SlowLanding { quiet, error } =
+            SlowLanding::of(-body.points[b].u, left, fastest, body.gravity)?;
         let mut end = body.clone();
         end.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
         end.close(&[true; 2]);
         if quiet {
             (end.center.v, end.spin.omega) = (Vector2::zeros(), 0.0);
         }
-        self.leave(&end, self.local.then_some(self.body.frame.spin));
+        self.leave(&end);
         self.nested.forget();
-        let error = REMAINDER_FACTOR * if quiet { left } else { landing } / body.gravity;
         Some(self.come_to_rest([true; 2], ZenoMethod::Mixed, false, error))
     }
 
@@ -179,10 +164,10 @@ impl Driver<'_, Pair> {
             if let PairState::Full(state) = self.body.state {
                 self.freeze(&state); // for states within the tail
             }
-            self.note([false; 2], |at| Motion::Tail(at, Tail::Collisions));
+            self.note(|at| Motion::Tail(at, Tail::Collisions));
         }
         self.log.clock = self.log.clock.after(limit.duration);
-        self.leave(&limit.end, self.local.then_some(self.body.frame.spin));
+        self.leave(&limit.end);
         if let PairState::Full(state) = &mut self.body.state {
             state.forget_rounding();
         }
@@ -191,20 +176,7 @@ impl Driver<'_, Pair> {
     }
 
     /// The state after a contact phase, in the coordinates of flight.
-    pub(super) fn leave(&mut self, body: &BodyState, frozen: Option<Spin>) {
-        self.go_on_from(Snapshot::of_body(body, self.log.clock), frozen);
-    }
-
-    fn go_on_from(&mut self, full: Snapshot, frozen: Option<Spin>) {
-        let Some(body) = self.record.subject.pair() else {
-            unreachable!("friction belongs to a body")
-        };
-        self.begin_frame(match frozen {
-            Some(spin) => {
-                let geometry = FullState::new(*body, full.gaps, full.center, spin);
-                Frame::frozen(full, &geometry)
-            }
-            None => Frame::full(full),
-        });
+    pub(super) fn leave(&mut self, body: &BodyState) {
+        self.begin_frame(Frame::full(Snapshot::of_body(body, self.log.clock)));
     }
 }

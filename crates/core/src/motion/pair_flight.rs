@@ -9,6 +9,7 @@ use crate::motion::driver::{Coordinates, Driver};
 use crate::motion::pair::{FrozenState, Pair, PairState};
 use crate::motion::record::{Motion, Tail};
 use crate::outcome::{Outcome, ZenoMethod};
+use crate::zeno::Gaps;
 
 /// Collisions in progress. The flight owns the state of the run while it lasts and returns it at its end.
 pub(super) enum Flight {
@@ -19,7 +20,7 @@ pub(super) enum Flight {
 impl Driver<'_, Pair> {
     /// The first collision of a flight (local model only); an error: the flight ends before.
     pub(super) fn begin_flight(&mut self) -> Result<Flight, LoopExit> {
-        self.note([false; 2], Motion::Flight);
+        self.note(Motion::Flight);
         let state = match &mut self.body.state {
             PairState::Full(state) => {
                 let collisions = full::FullCollisions::begin(&state.body, &mut self.log);
@@ -137,36 +138,31 @@ impl Driver<'_, Pair> {
             return outcome;
         }
         let left = self.log.left().max(0.0);
-        self.move_smoothly([false; 2], left);
+        self.fly_on(left);
         Outcome::TimeLimit
     }
 
-    pub(super) fn move_smoothly(&mut self, held: [bool; 2], dt: f64) {
-        let after = self.body.frame.smooth(&self.record.subject, &self.raw(), held, dt);
+    fn fly_on(&mut self, dt: f64) {
+        let after = self.body.frame.flown(&self.record.subject, &self.raw(), dt);
         self.log.clock = after.clock;
         self.body.state = self.body.frame.state(&self.record.subject, &after);
     }
+}
 
-    /// The contacts on the ground, or the next landing and its speed, in words, with the current gravity into the contacts.
-    pub(super) fn next_landing(&self) -> String {
-        let (gaps, gravity) = (self.body.gaps(), self.model().g);
-        let stays = |&i: &usize| gaps.h[i] == 0.0 && gaps.u[i] == 0.0;
-        if (0..self.body.count).any(|i| stays(&i)) {
-            return format!("with {} on the ground", names((0..self.body.count).filter(stays)));
-        }
-        let after = |i: usize| {
-            if i < self.body.count {
-                parabola_touchdown(gaps.h[i], gaps.u[i], gravity[i])
-            } else {
-                f64::INFINITY
-            }
-        };
-        let first = usize::from(after(1) < after(0));
-        if !after(first).is_finite() {
-            return "no contact lands any more".into();
-        }
-        let (h, u) = (gaps.h[first], gaps.u[first]);
-        let speed = (u * u + 2.0 * gravity[first] * h).max(0.0).sqrt();
-        format!("{} lands next, at about {}", names(std::iter::once(first)), in_words(speed))
+/// The contacts on the ground, or the next landing and its speed, in words, with this gravity into each of `count` contacts.
+pub(super) fn next_landing(count: usize, gaps: &Gaps, gravity: [f64; 2]) -> String {
+    let stays = |&i: &usize| gaps.h[i] == 0.0 && gaps.u[i] == 0.0;
+    if (0..count).any(|i| stays(&i)) {
+        return format!("with {} on the ground", names((0..count).filter(stays)));
     }
+    let after = |i: usize| {
+        if i < count { parabola_touchdown(gaps.h[i], gaps.u[i], gravity[i]) } else { f64::INFINITY }
+    };
+    let first = usize::from(after(1) < after(0));
+    if !after(first).is_finite() {
+        return "no contact lands any more".into();
+    }
+    let (h, u) = (gaps.h[first], gaps.u[first]);
+    let speed = (u * u + 2.0 * gravity[first] * h).max(0.0).sqrt();
+    format!("{} lands next, at about {}", names(std::iter::once(first)), in_words(speed))
 }

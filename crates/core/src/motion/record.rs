@@ -20,8 +20,6 @@ use crate::sustained::frozen::Frozen;
 pub(crate) enum Motion {
     /// Flight of at most two contacts, with plain collisions in between.
     Flight(InFrame),
-    /// These contacts are held, in a model without a body.
-    Held(InFrame, [bool; 2]),
     /// A summed tail of two contacts; its frame is frozen.
     Tail(InFrame, Tail),
     /// Each contact is in its mode; in flight all are separate.
@@ -36,14 +34,11 @@ pub(crate) enum Motion {
 }
 
 impl Motion {
-    /// The mode of each contact. Without a body, motion along the terrain is not modelled: a held contact has the letter F.
+    /// The mode of each contact.
     pub(crate) fn letters(&self, subject: &Subject) -> String {
         match (self, subject.posture()) {
             (Self::Jointed { word, .. }, _) => word.iter().map(|mode| mode.letter()).collect(),
             (Self::Modes(body, word), Some(posture)) => body.letters(word, posture),
-            (Self::Held(_, held), _) => {
-                held.map(|held| if held { 'F' } else { 'S' }).iter().collect()
-            }
             _ => "S".repeat(subject.count()),
         }
     }

@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 use crate::excitation::{Change, missed_kicks};
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::{Coordinates, Driver};
+use crate::motion::mechanism::Jointed;
 use crate::motion::pair::Pair;
 use crate::motion::record::Moment;
 use crate::options::{Options, Stop};
@@ -46,11 +47,13 @@ impl<'a> Driver<'a, AnyContacts> {
         self.fresh = false;
         self
     }
+}
 
+impl<C: Staged> Driver<'_, C> {
     /// Runs through all changes to the outcome; `None` if cancelled. `options`: of the whole run.
     pub(crate) fn run_stages(&mut self, changes: &[Change], options: &Options) -> Option<()> {
         if self.fresh
-            && let Some(outcome) = AnyContacts::begin(self)
+            && let Some(outcome) = C::begin(self)
         {
             self.record.warnings.extend(missed_kicks(changes));
             return self.close(outcome);
@@ -67,7 +70,7 @@ impl<'a> Driver<'a, AnyContacts> {
                     return self.close(outcome);
                 }
             }
-            if let Some(outcome) = self.change(change) {
+            if let Some(outcome) = C::change(self, change) {
                 self.record.warnings.extend(missed_kicks(&changes[k..]));
                 return self.close(outcome);
             }
@@ -75,31 +78,71 @@ impl<'a> Driver<'a, AnyContacts> {
         (self.options.stop, self.log.end) = (options.stop, options.end());
         self.run_on()
     }
+}
 
-    /// Applies the changes at this time in the order: acceleration of the ground, which changes no velocity; impacts; kicks.
-    fn change(&mut self, change: &Change) -> Option<Outcome> {
+/// Coordinates on which something acts during the run.
+pub(crate) trait Staged: Coordinates {
+    /// Applies the changes at this time in the order: acceleration of the ground, which changes no velocity; impacts; kicks. An outcome: the
+    /// run ends here.
+    fn change(driver: &mut Driver<'_, Self>, change: &Change) -> Option<Outcome>;
+}
+
+impl Staged for AnyContacts {
+    fn change(driver: &mut Driver<'_, Self>, change: &Change) -> Option<Outcome> {
         if let Some(fall) = change.fall {
-            self.body.state.set_fall(fall);
+            driver.body.state.set_fall(fall);
         }
-        if let Some(outcome) = self.impacts_at(change.elapsed) {
+        if let Some(outcome) = driver.impacts_at(change.elapsed) {
             return Some(outcome);
         }
-        if change.fall.is_some() {
-            self.cause = Some(Cause::GroundMotion);
-        }
         for kick in &change.kicks {
-            let posture = &self.body.posture;
+            let posture = &driver.body.posture;
             let f = posture.fields();
             let point = kick.point.unwrap_or(f.center_of_mass);
             let arm = Vector2::from(point) - Vector2::from(f.center_of_mass);
-            self.body.state.kick(kick, arm, f.mass);
+            driver.body.state.kick(kick, arm, f.mass);
+        }
+        driver.changed(change);
+        // A span of its own, so that its cause is recorded also where an impact follows at once.
+        driver.write_flight();
+        None
+    }
+}
+
+impl Staged for Jointed {
+    fn change(driver: &mut Driver<'_, Self>, change: &Change) -> Option<Outcome> {
+        if let Some(fall) = change.fall {
+            driver.body.state.set_fall(fall);
+        }
+        if let Some(outcome) = driver.impacts_at(change.elapsed) {
+            return Some(outcome);
+        }
+        if let Some(posture) = driver.record.subject.posture() {
+            let f = posture.fields();
+            for kick in &change.kicks {
+                let arm = kick
+                    .point
+                    .map_or([0.0; 2], |[x, y]| [x - f.center_of_mass[0], y - f.center_of_mass[1]]);
+                driver.body.state.kick(kick, arm.into(), f.mass, f.gyration_radius);
+            }
+        }
+        driver.changed(change);
+        driver.write_flight();
+        None
+    }
+}
+
+impl<C: Coordinates> Driver<'_, C> {
+    /// After a change: its cause, and the contacts that still rest.
+    fn changed(&mut self, change: &Change) {
+        if change.fall.is_some() {
+            self.cause = Some(Cause::GroundMotion);
+        }
+        if !change.kicks.is_empty() {
             self.cause = Some(Cause::Kick);
         }
-        for (resting, p) in self.resting.iter_mut().zip(&self.body.state.points) {
-            *resting &= p.h == 0.0 && p.u == 0.0;
+        for i in 0..self.body.count() {
+            self.resting[i] &= self.body.point(i) == (0.0, 0.0);
         }
-        // A span of its own, so that its cause is recorded also where an impact follows at once.
-        self.write_flight();
-        None
     }
 }

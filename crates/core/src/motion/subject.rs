@@ -1,14 +1,19 @@
 //! What moves in a run, and its start.
 
-use nalgebra::DVector;
+use nalgebra::{DVector, Vector3};
 
 use crate::body::Mechanism;
+use crate::body::geometry::ContactGeometry;
 use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::full::PairBody;
+use crate::collisions::log::Spin;
+use crate::error::Error;
+use crate::math::mass_vector::Coordinates;
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
+use crate::modes::{ContactProblem, ProblemFields};
 use crate::sustained::frozen::Frozen;
 
 /// What moves in a run, and its start.
@@ -61,6 +66,30 @@ impl MechanismStart {
     }
 }
 
+impl BodyStart {
+    /// The contact-mode problem of the body in its posture with this acceleration of free fall. `ways`: signs of sliding; `None`: separate.
+    pub(crate) fn problem(
+        &self,
+        fall: &Coordinates,
+        ways: &[Option<i8>],
+    ) -> Result<ContactProblem, Error> {
+        let (posture, geometry) = (&self.posture, self.posture.geometry());
+        let mut fall = fall.iter();
+        let arm = |k: &ContactGeometry| k.tangent * k.b + k.normal * k.touching_c();
+        ContactProblem::new(ProblemFields {
+            mass: posture.fields().mass,
+            gyration_radius: posture.fields().gyration_radius,
+            arms: geometry.iter().map(|k| arm(k).into()).collect(),
+            tangents: geometry.iter().map(|k| k.tangent.into()).collect(),
+            friction: posture.contacts().iter().map(|contact| contact.friction).collect(),
+            sliding: ways.to_vec(),
+            bias: vec![[0.0; 2]; geometry.len()],
+            free_acceleration: std::array::from_fn(|_| fall.next().unwrap_or(0.0)),
+            ..ProblemFields::default()
+        })
+    }
+}
+
 impl Subject {
     pub(crate) fn of_body(posture: &Posture, start: &State) -> Self {
         let pair =
@@ -106,6 +135,24 @@ impl Subject {
                 State::new([0.0, 0.0, theta], [0.0, 0.0, omega])
             }
         }
+    }
+
+    /// q and q̇ of a body. Of a model without a body only θ and ω are defined; of a mechanism, nothing.
+    pub(crate) fn state(&self, now: &Frozen) -> State {
+        let body = match self {
+            Self::Body(body) => body,
+            Self::Local(_) => {
+                let Spin { theta, omega } = now.spin;
+                return State::new([0.0, 0.0, theta], [0.0, 0.0, omega]).unsigned_zero();
+            }
+            Self::Mechanism(_) => return self.start(),
+        };
+        let rho = body.posture.gyration_squared().sqrt();
+        let value = |of: &Coordinates| {
+            let mut of = of.iter();
+            Vector3::from_fn(|k, _| of.next().unwrap_or(0.0) / if k == 2 { rho } else { 1.0 })
+        };
+        State { q: value(&now.y), qdot: value(&now.v) }.unsigned_zero()
     }
 
     /// Number of contacts.

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use crate::body::Mechanism;
+use crate::collisions::log::Spin;
 use crate::error::{Error, finite};
+use crate::math::compensated_sum;
 use crate::motion::subject::{MechanismStart, Subject};
 use crate::motion::{Driver, Jointed};
 use crate::options::{Model, Options};
@@ -90,23 +92,15 @@ pub fn simulate_mechanism_until(
     let space = mechanism.contact_space();
     let ((y, hidden), (v, hidden_velocity)) = (space.split(q), space.split(qdot));
     // The gap N q of a contact, with the size of its terms; and its rate likewise.
-    let product = |i: usize, of: &[f64]| -> [f64; 2] {
-        let terms = mechanism.contacts()[i].normal.iter().zip(of).map(|(a, b)| a * b);
-        let (mut sum, mut lost, mut size) = (0.0_f64, 0.0_f64, 0.0_f64);
-        for (a, b) in mechanism.contacts()[i].normal.iter().zip(of) {
-            let term = a * b;
-            let next = sum + term;
-            let part = next - sum;
-            lost += (sum - (next - part)) + (term - part) + a.mul_add(*b, -term);
-            sum = next;
-        }
-        size = terms.fold(size, |size, term| size + term.abs());
-        [sum + lost, size]
+    let product = |i: usize, of: &[f64]| {
+        let row = mechanism.contacts()[i].normal.iter().copied();
+        let terms = row.zip(of.iter().copied());
+        (compensated_sum(terms.clone()), terms.map(|(a, b)| (a * b).abs()).sum::<f64>())
     };
     let count = mechanism.contacts().len();
     let (mut points, mut heights, mut place) = (Vec::new(), Vec::new(), 0.0_f64);
     for i in 0..count {
-        let ([mut h, far], [mut u, fast]) = (product(i, q), product(i, qdot));
+        let ((mut h, far), (mut u, fast)) = (product(i, q), product(i, qdot));
         let known = FINAL_GAP_ROUNDINGS * f64::EPSILON;
         if h.abs() <= known * far && u.abs() <= known * fast {
             (h, u) = (0.0, 0.0);
@@ -119,7 +113,8 @@ pub fn simulate_mechanism_until(
     points.iter_mut().zip(&heights).for_each(|(p, h)| p.h = h + 0.0);
     clatters(points.iter().enumerate().map(|(i, p)| (p.h, p.u, space.gravity(i))))?;
     let rows = Arc::new(Rows::of_mechanism(mechanism));
-    let state = Frozen { rows, y, v, points: points.into_iter().collect() };
+    let points = points.into_iter().collect();
+    let state = Frozen { rows, y, v, points, spin: Spin::default() };
     let subject = Subject::Mechanism(Box::new(MechanismStart {
         mechanism: mechanism.clone(),
         q: q.to_vec(),
@@ -127,8 +122,7 @@ pub fn simulate_mechanism_until(
         hidden,
         hidden_velocity,
     }));
-    let mut driver =
-        Driver::<Jointed>::of_mechanism(state, place, subject, options, warnings, cancel);
+    let mut driver = Driver::<Jointed>::of_rows(state, place, subject, options, warnings, cancel);
     if driver.run().is_none() {
         return Ok(None);
     }

@@ -25,14 +25,13 @@ use crate::enclosure;
 use crate::error::{Error, finite};
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::Driver;
-use crate::motion::frame::{Frame, Snapshot};
 use crate::motion::subject::Subject;
 use crate::options::{Impact, Model, Options};
 use crate::outcome::ModelReason;
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{clatters, reachable, returns, touch};
 pub(crate) use crate::simulate::start::Start;
-use crate::zeno::Gaps;
+use crate::sustained::frozen::{Frozen, Rows};
 
 /// The motion of `posture` from `state` on.
 ///
@@ -99,11 +98,17 @@ pub fn simulate_local_until(
     let omega = finite("omega", start.omega)?.unsigned_zero();
     let options = &Options { impact: Impact::Newton, ..*options }; // no contact has friction
     let (h, warnings) = checked(model, gaps, rates, options)?;
+    let rows = Rows::of_local(model, h).ok_or_else(|| Error::Unusable {
+        field: "psi.1 * psi.2".into(),
+        value: format!("{:?}", model.psi()[0] * model.psi()[1]),
+        allowed:
+            "below 1 by more than 16 rounding errors, so that the two gaps can move by themselves"
+                .into(),
+    })?;
+    let frozen = Frozen::of_gaps(rows, h, rates, Spin { theta, omega });
     let subject = Subject::Local(Box::new((*model, LocalState { gaps, rates, theta, omega })));
-    let gaps = Gaps { h, u: rates };
-    let start = Snapshot { gaps, spin: Spin { theta, omega }, ..Snapshot::default() };
-    let first = Frame::reduced(start, model);
-    let mut driver = Driver::new(first, subject, options, warnings, cancel);
+    let place = h.iter().fold(0.0, |most: f64, h| most.max(*h));
+    let mut driver = Driver::of_rows(frozen, place, subject, options, warnings, cancel);
     if driver.run().is_none() {
         return Ok(None);
     }

@@ -10,11 +10,12 @@ use crate::math::clock::Clock;
 use crate::math::roots::ORDER;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{Mode, Word, mechanism_forces};
-use crate::motion::frame::{Frame, Snapshot};
+use crate::motion::frame::Snapshot;
 use crate::motion::record::{InFrame, Moment, Motion, Record};
 use crate::motion::{AnyContacts, Driver, Jointed, Pair};
 use crate::options::Model;
 use crate::outcome::{Instant, Outcome};
+use crate::simulate::start::Start;
 use crate::simulate::trajectory::{Flight, Piece, Trajectory};
 use crate::sustained::frozen::Frozen;
 use crate::sustained::{BodyState, Step};
@@ -53,8 +54,8 @@ pub struct Reader<'a> {
 enum Now<'a> {
     /// Of at most two contacts, in the coordinates of the full model: in flight, or without a body.
     Pair(Snapshot),
-    /// Within the sum of impacts of two contacts, with its frame.
-    Tail(Snapshot, &'a Frame, Cow<'a, [Mode]>),
+    /// Within the sum of impacts of two contacts.
+    Tail(Snapshot, Cow<'a, [Mode]>),
     /// Of any number of contacts, with the mode of each of its points.
     Body(BodyState, Cow<'a, [Mode]>),
     /// A mechanism, with the mode of each contact.
@@ -86,7 +87,7 @@ impl<'a> Reader<'a> {
                 Ok(Moment::of_snapshot(&full, self.run.count()).instant())
             }
             Now::Jointed(state, _) => Ok(Instant {
-                state: State::at_rest([0.0; 3]),
+                state: self.run.record.subject.state(&state),
                 gaps: state.points.iter().map(|p| p.h.unsigned_zero()).collect(),
                 rates: state.points.iter().map(|p| p.u.unsigned_zero()).collect(),
             }),
@@ -103,7 +104,7 @@ impl<'a> Reader<'a> {
             None => self.run.record.end.state,
             Some(Now::Body(body, _)) => body.state(),
             Some(Now::Pair(full) | Now::Tail(full, ..)) => full.state().unsigned_zero(),
-            Some(Now::Jointed(..)) => self.run.record.end.state,
+            Some(Now::Jointed(state, _)) => self.run.record.subject.state(&state),
         })
     }
 
@@ -182,13 +183,13 @@ impl<'a> Reader<'a> {
             (self.index, self.held) = (k, None);
         }
         let (Record { subject, frames, .. }, options) = (&*self.run.record, self.run.options());
-        let smooth = |at: &InFrame, held: [bool; 2]| {
+        let flown = |at: &InFrame| {
             let frame = &frames[at.frame];
-            Now::Pair(frame.to_full(subject, &frame.smooth(subject, &at.raw, held, dt)))
+            Now::Pair(frame.to_full(subject, &frame.flown(subject, &at.raw, dt)))
         };
         let Some(motion) = self.motion(k) else {
             return Some(match self.run.pieces().ok()?.get(k)?.flight.as_ref()? {
-                Flight::Pair(flight) => smooth(flight, [false; 2]),
+                Flight::Pair(flight) => flown(flight),
                 Flight::Jointed(state) => {
                     let modes = vec![Mode::Separate; state.points.len()];
                     Now::Jointed(Box::new(state.flown(dt)), Cow::Owned(modes))
@@ -196,8 +197,7 @@ impl<'a> Reader<'a> {
             });
         };
         Some(match motion {
-            Motion::Flight(at) => smooth(at, [false; 2]),
-            Motion::Held(at, held) => smooth(at, *held),
+            Motion::Flight(at) => flown(at),
             Motion::Modes(body, modes) => {
                 let held = self.held.get_or_insert_with(|| Held::new(body, modes));
                 Now::Body(held.at(dt), Cow::Borrowed(modes))
@@ -206,7 +206,7 @@ impl<'a> Reader<'a> {
                 let frame = &frames[at.frame];
                 let (full, modes) =
                     Driver::<Pair>::resimulate_tail(frame, subject, options, &at.raw, *tail, dt)?;
-                Now::Tail(full, frame, Cow::Owned(modes.to_vec()))
+                Now::Tail(full, Cow::Owned(modes.to_vec()))
             }
             Motion::Cycles { start, fastest } => {
                 let posture = self.run.posture()?;
@@ -267,11 +267,17 @@ impl<'a> Reader<'a> {
         let Some(posture) = self.run.posture() else { return unknown() };
         let body = match self.moving(k, dt).ok_or_else(|| too_deep(t))? {
             Now::Body(body, modes) => Some((body, modes)),
-            Now::Tail(full, frame, modes) => {
-                let body = self.run.record.subject.body_state(&full, Some(frame.spin));
+            Now::Tail(full, modes) => {
+                let body = self.run.record.subject.body_state(&full);
                 body.map(|body| (body, modes))
             }
-            Now::Pair(_) | Now::Jointed(..) => None,
+            Now::Jointed(state, modes) => {
+                let at = self.run.record.subject.state(&state);
+                let (gaps, rates): (Vec<f64>, Vec<f64>) =
+                    state.points.iter().map(|p| (p.h, p.u)).unzip();
+                Some((Start::body_state(posture, &at, &gaps, &rates, true), modes))
+            }
+            Now::Pair(_) => None,
         };
         let mut forces =
             body.map_or(Ok(Vec::new()), |(body, modes)| body.forces(posture, &modes))?;

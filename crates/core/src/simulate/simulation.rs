@@ -142,7 +142,10 @@ impl<'a> Simulation<'a> {
         }
         let start = Start::new(posture, &self.start, self.choose().0)?;
         Ok(if is_pair(posture, options) {
-            start.driver(posture, &self.start, options, cancel).end()
+            match start.model {
+                Model::Local => start.frozen_driver(posture, &self.start, options, cancel).end(),
+                _ => start.driver(posture, &self.start, options, cancel).end(),
+            }
         } else {
             start.any_driver(posture, &self.start, options, cancel).end()
         })
@@ -152,6 +155,11 @@ impl<'a> Simulation<'a> {
     fn record(&self, start: Start) -> Option<Box<Record>> {
         let Self { posture, ref options, cancel, .. } = *self;
         if is_pair(posture, options) {
+            if start.model == Model::Local {
+                let mut driver = start.frozen_driver(posture, &self.start, options, cancel);
+                driver.run()?;
+                return Some(driver.record);
+            }
             let mut driver = start.driver(posture, &self.start, options, cancel);
             driver.run()?;
             return Some(driver.record);
@@ -164,7 +172,11 @@ impl<'a> Simulation<'a> {
     /// The record of a run with these changes; `None` if cancelled.
     fn excited(&self, start: Start, changes: &[Change]) -> Option<Box<Record>> {
         let Self { posture, ref options, cancel, .. } = *self;
-        let local = start.model == Model::Local;
+        if start.model == Model::Local && is_pair(posture, options) {
+            let mut driver = start.frozen_driver(posture, &self.start, options, cancel);
+            driver.run_stages(changes, options)?;
+            return Some(driver.record);
+        }
         // The first stage is computed as the run without kicks.
         let first = changes.first().filter(|change| change.elapsed > 0.0);
         let Some(first) = first.filter(|_| is_pair(posture, options)) else {
@@ -187,7 +199,7 @@ impl<'a> Simulation<'a> {
             }
         };
         let subject = pair.record.subject.clone();
-        let body = Start::body_state(posture, &end.state, &end.gaps, &end.rates, local);
+        let body = Start::body_state(posture, &end.state, &end.gaps, &end.rates, false);
         let driver = Driver::of_any(posture, body, subject, options, Vec::new(), cancel);
         let mut driver = driver.after_pair(pair);
         driver.run_stages(changes, options)?;

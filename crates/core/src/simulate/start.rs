@@ -1,21 +1,24 @@
 //! The start of a run: gaps and rates of the contacts, and the driver of the event loop.
 
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 
 use crate::body::contact::PerContact;
 use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::collisions::full::{FullState, PairBody};
 use crate::collisions::log::{Center, Spin};
 use crate::error::{Error, in_range};
+use crate::math::mass_vector::Coordinates;
 use crate::math::turn::Turn;
 use crate::motion::frame::{Frame, Snapshot};
 use crate::motion::subject::Subject;
-use crate::motion::{AnyContacts, Driver, Pair};
+use crate::motion::{AnyContacts, Driver, Jointed, Pair};
 use crate::options::{Model, Options};
 use crate::outcome::ContactSet;
 use crate::simulate::limits::{clatters, returns, touch};
+use crate::sustained::frozen::{Frozen, GapState, Rows};
 use crate::sustained::{BodyState, ContactState, Rounding};
 use crate::tolerance::{PHASE_LOST, TOUCH};
 use crate::zeno::Gaps;
@@ -180,6 +183,30 @@ impl Start {
         start
     }
 
+    /// The driver of a motion in the local model of which [`is_pair`](super::limits::is_pair) is true.
+    pub(super) fn frozen_driver<'c>(
+        self,
+        posture: &Posture,
+        state: &State,
+        options: &Options,
+        cancel: &'c dyn Fn() -> bool,
+    ) -> Driver<'c, Jointed> {
+        let Self { heights, rates, warnings, .. } = self;
+        let (v, rho) = (state.qdot, posture.gyration_squared().sqrt());
+        let (far, fast) = (state.q.xy().norm() + posture.size(), v.xy().norm());
+        let point = |((k, h), u): ((&ContactGeometry, f64), f64)| {
+            let rounding = Rounding::new(far + k.b.abs() + k.c.abs(), fast + (k.b * v.z).abs());
+            GapState { h, u, rounding }
+        };
+        let points = posture.geometry().iter().zip(heights).zip(rates).map(point).collect();
+        let y = Coordinates::from_iter([state.q.x, state.q.y, rho * state.q.z]);
+        let v = Coordinates::from_iter([v.x, v.y, rho * v.z]);
+        let (rows, spin) = (Arc::new(Rows::of_posture(posture)), Spin::default());
+        let frozen = Frozen { rows, y, v, points, spin };
+        let subject = Subject::of_body(posture, state);
+        Driver::of_rows(frozen, posture.size(), subject, options, warnings, cancel)
+    }
+
     /// The driver of a motion of which [`is_pair`](super::limits::is_pair) is true.
     pub(super) fn driver<'c>(
         self,
@@ -188,9 +215,7 @@ impl Start {
         options: &Options,
         cancel: &'c dyn Fn() -> bool,
     ) -> Driver<'c, Pair> {
-        let Self { model, heights, rates, warnings, .. } = self;
-        let body =
-            PairBody::new(posture.geometry(), posture.gyration_squared(), posture.fields().gravity);
+        let Self { heights, rates, warnings, .. } = self;
         let subject = Subject::of_body(posture, state);
         let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
         for (i, (h, u)) in heights.into_iter().zip(rates).enumerate() {
@@ -199,13 +224,7 @@ impl Start {
         let center = Center { r: state.q.xy(), v: state.qdot.xy() };
         let spin = Spin { theta: state.q.z, omega: state.qdot.z };
         let start = Snapshot { gaps, center, spin, ..Snapshot::default() };
-        let first = match model {
-            Model::Local => {
-                let nominal = FullState::new(body, gaps, Center::default(), Spin::default());
-                Frame::frozen(start, &nominal)
-            }
-            _ => Frame::full(start),
-        };
+        let first = Frame::full(start);
         Driver::new(first, subject, options, warnings, cancel)
     }
 }

@@ -836,7 +836,7 @@ impl Trajectory {
                 .get(k + 1)
                 .map_or(record.collisions.len(), |next| next.first_collision);
             let start = match &span.motion {
-                Motion::Flight(at) | Motion::Held(at, _) | Motion::Tail(at, _) => Some(at),
+                Motion::Flight(at) | Motion::Tail(at, _) => Some(at),
                 Motion::Jointed { start, .. } => {
                     self.expand_jointed(k, span, last, start, &mut expanded);
                     continue;

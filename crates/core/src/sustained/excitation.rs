@@ -1,9 +1,13 @@
 //! The effects of a kick and of a motion of the ground on the state of a body.
 
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 
 use crate::excitation::Kick;
+use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::sustained::BodyState;
+use crate::sustained::frozen::Frozen;
 use crate::tolerance::KICK_ROUNDINGS;
 
 impl BodyState {
@@ -24,10 +28,35 @@ impl BodyState {
             let terms = [p.normal.x * impulse.x, p.normal.y * impulse.y, p.b * spin];
             let change: f64 = terms.iter().sum();
             let size = terms.iter().map(|term| term.abs()).sum::<f64>();
-            // A kick along the ground does not lift a contact by its rounding error.
-            let still =
-                p.h == 0.0 && p.u == 0.0 && change.abs() <= KICK_ROUNDINGS * f64::EPSILON * size;
-            p.u += if still { 0.0 } else { change };
+            p.u += kicked(p.h == 0.0 && p.u == 0.0, change, size);
+            p.rounding.rate += f64::EPSILON * size;
+        }
+    }
+}
+
+/// The change of the gap rate of a contact, `rests` or not, by a kick, with this size of its terms: a kick along the ground does not lift a
+/// contact by its rounding error.
+fn kicked(rests: bool, change: f64, size: f64) -> f64 {
+    if rests && change.abs() <= KICK_ROUNDINGS * f64::EPSILON * size { 0.0 } else { change }
+}
+
+impl Frozen {
+    /// Sets the acceleration of free fall of a body.
+    pub(crate) fn set_fall(&mut self, fall: Vector2<f64>) {
+        let pull = Coordinates::from_iter([fall.x, fall.y, 0.0]);
+        self.rows = Arc::new(self.rows.pulled(pull));
+    }
+
+    /// q̇⁺ = q̇ + M⁻¹(J, a × J) of a body. `arm`: of its point in the nominal posture; `mass`: in kg; `rho`: radius of gyration, in m.
+    pub(crate) fn kick(&mut self, kick: &Kick, arm: Vector2<f64>, mass: f64, rho: f64) {
+        let impulse = Vector2::from(kick.impulse) / mass;
+        let change = Coordinates::from_iter([impulse.x, impulse.y, arm.perp(&impulse) / rho]);
+        let Self { rows, v, points, .. } = self;
+        v.add_scaled(&change, 1.0);
+        for (i, p) in points.iter_mut().enumerate() {
+            let row = rows.space.normal_row(i);
+            let size: f64 = row.iter().zip(change.iter()).map(|(a, b)| (a * b).abs()).sum();
+            p.u += kicked(p.h == 0.0 && p.u == 0.0, row.dot(&change), size);
             p.rounding.rate += f64::EPSILON * size;
         }
     }

@@ -11,12 +11,15 @@ use std::sync::Arc;
 
 use smallvec::SmallVec;
 
-use crate::body::contact::{ContactLetters, ContactValues, PerContact};
+use crate::body::contact::{Contact, ContactLetters, ContactValues, PerContact};
+use crate::body::geometry::ContactGeometry;
 use crate::body::local_model::{LocalModel, LocalModelFields};
+use crate::body::posture::Posture;
 use crate::body::{ContactRows, ContactSpace, Mechanism};
+use crate::collisions::log::Spin;
 use crate::flight::parabola_touchdown;
 use crate::impact::friction::{Material, Matrix};
-use crate::math::mass_vector::{Coordinates, MassVector, independent};
+use crate::math::mass_vector::{Coordinates, MassVector, independent, with_products};
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::Mode;
 use crate::sustained::Rounding;
@@ -55,6 +58,8 @@ pub(crate) struct Rows {
     pub(crate) space: Arc<ContactSpace>,
     pub(crate) material: Vec<Material>,
     pub(crate) friction: Vec<f64>,
+    /// The gaps at y = 0, in m: h_i = N_i y + offset_i.
+    offset: Vec<f64>,
     /// The model of the gaps of one or two contacts whose normal rows are independent.
     pub(crate) gaps: Option<FrozenModel>,
 }
@@ -67,13 +72,44 @@ impl Rows {
             tangential_restitution: contact.tangential_restitution,
         };
         let all = mechanism.contacts().iter().enumerate().map(material);
-        Self::new(mechanism.shared_space(), all.collect())
+        Self::new(mechanism.shared_space(), all.collect(), vec![0.0; mechanism.contacts().len()])
     }
 
-    fn new(space: Arc<ContactSpace>, material: Vec<Material>) -> Self {
+    /// Of a body in its posture.
+    pub(crate) fn of_posture(posture: &Posture) -> Self {
+        let material = |(contact, k): (&Contact, &ContactGeometry)| Material {
+            friction: contact.friction,
+            restitution: k.restitution,
+            tangential_restitution: contact.tangential_restitution,
+        };
+        let all = posture.contacts().iter().zip(posture.geometry()).map(material);
+        let offset = posture.geometry().iter().map(|k| k.offset).collect();
+        Self::new(posture.contact_space(), all.collect(), offset)
+    }
+
+    /// Of a local model without a body, with these gaps at y = 0; `None` if their rows are parallel.
+    pub(crate) fn of_local(model: &LocalModel, offset: [f64; 2]) -> Option<Self> {
+        let material = model.restitution().map(|restitution| Material {
+            friction: 0.0,
+            restitution,
+            tangential_restitution: 0.0,
+        });
+        let space = Arc::new(ContactSpace::of_local(model)?);
+        let gaps = Some(FrozenModel::new(model));
+        let (friction, offset) = (vec![0.0; 2], offset.to_vec());
+        Some(Self { space, material: material.to_vec(), friction, offset, gaps })
+    }
+
+    /// The same contacts with another acceleration ÿ without contact forces.
+    pub(crate) fn pulled(&self, pull: Coordinates) -> Self {
+        let (material, offset) = (self.material.clone(), self.offset.clone());
+        Self::new(Arc::new(self.space.pulled(pull)), material, offset)
+    }
+
+    fn new(space: Arc<ContactSpace>, material: Vec<Material>, offset: Vec<f64>) -> Self {
         let friction = material.iter().map(|contact| contact.friction).collect();
         let gaps = gap_model(&space, &material);
-        Self { space, material, friction, gaps }
+        Self { space, material, friction, offset, gaps }
     }
 }
 
@@ -107,6 +143,8 @@ pub(crate) struct Frozen {
     pub(crate) y: Coordinates,
     pub(crate) v: Coordinates,
     pub(crate) points: PerContact<GapState>,
+    /// The rotation of a local model without a body.
+    pub(crate) spin: Spin,
 }
 
 /// What ends a motion in one contact mode.
@@ -124,11 +162,21 @@ pub(crate) enum ModeEnd {
 impl Clone for Frozen {
     fn clone(&self) -> Self {
         let points = PerContact::from_slice(&self.points);
-        Self { rows: Arc::clone(&self.rows), y: self.y.clone(), v: self.v.clone(), points }
+        let (rows, y, v) = (Arc::clone(&self.rows), self.y.clone(), self.v.clone());
+        Self { rows, y, v, points, spin: self.spin }
     }
 }
 
 impl Frozen {
+    /// Two gaps with these rates, with y = 0.
+    pub(crate) fn of_gaps(rows: Rows, h: [f64; 2], u: [f64; 2], spin: Spin) -> Self {
+        let normals = [rows.space.normal_row(0), rows.space.normal_row(1)];
+        let v = with_products(&normals, &u).unwrap_or_else(|| Coordinates::zeros(2));
+        let point = |(h, u): (f64, f64)| GapState { h, u, rounding: Rounding::new(h, u.abs()) };
+        let points = h.into_iter().zip(u).map(point).collect();
+        Self { rows: Arc::new(rows), y: Coordinates::zeros(2), v, points, spin }
+    }
+
     pub(crate) fn space(&self) -> &ContactSpace {
         &self.rows.space
     }
@@ -158,7 +206,7 @@ impl Frozen {
     }
 
     /// Changes the velocity, and the gap rates with it.
-    fn change(&mut self, change: &Coordinates) {
+    pub(crate) fn change(&mut self, change: &Coordinates) {
         let Self { rows, v, points, .. } = self;
         v.add_scaled(change, 1.0);
         for (i, p) in points.iter_mut().enumerate() {
@@ -175,6 +223,15 @@ impl Frozen {
         after.y.add_scaled(&self.v, dt);
         after.y.add_scaled(acceleration, 0.5 * dt * dt);
         after.v.add_scaled(acceleration, dt);
+        after.spin.theta += self.spin.omega * dt;
+        if let Some(model) = &self.rows.gaps
+            && model.phi != [0.0; 2]
+        {
+            let [one, two] = model.hold([0, 1].map(|i| modes[i] != Mode::Separate));
+            let pull = -(model.phi[0] * one + model.phi[1] * two);
+            after.spin.theta += 0.5 * pull * dt * dt;
+            after.spin.omega += pull * dt;
+        }
         for (i, p) in after.points.iter_mut().enumerate() {
             if modes[i] != Mode::Separate {
                 (p.h, p.u) = (0.0, 0.0);
@@ -203,14 +260,36 @@ impl Frozen {
     /// The state after a flight of `dt` of two contacts with frictionless impacts: `own` are their effects since this state, as own-rate jumps
     /// of both contacts, and `gaps` the gaps and rates at the end.
     pub(crate) fn hit(&self, dt: f64, own: &Impulses, gaps: &Gaps) -> Self {
-        let (mut after, space) = (self.flown(dt), self.space());
+        let mut after = self.flown(dt);
+        after.pushed(own.jump, own.path);
+        if let Some(FrozenModel { phi, .. }) = &self.rows.gaps {
+            after.spin.theta -= phi[0] * own.path[0] + phi[1] * own.path[1];
+            after.spin.omega -= phi[0] * own.jump[0] + phi[1] * own.jump[1];
+        }
+        // The impulses and the fall nearly cancel in y and ẏ, and not in the gaps: y and ẏ are moved along the shortest way to agree with them.
+        if let Some(model) = &self.rows.gaps {
+            let (mut rates, mut ways) = ([0.0; 2], [0.0; 2]);
+            for (i, offset) in self.rows.offset.iter().enumerate() {
+                let row = self.space().normal_row(i);
+                rates[i] = gaps.u[i] - row.dot(&after.v);
+                ways[i] = gaps.h[i] - (row.dot(&after.y) + offset);
+            }
+            after.pushed(model.solve_coupled(rates), model.solve_coupled(ways));
+        }
         for (i, p) in after.points.iter_mut().enumerate() {
-            let (row, share) = (space.normal_row(i), 1.0 / space.normal(i, i));
-            after.v.add_scaled(row, share * own.jump[i]);
-            after.y.add_scaled(row, share * own.path[i]);
             (p.h, p.u) = (gaps.h[i], gaps.u[i]);
         }
         after
+    }
+
+    /// Adds own-rate jumps of two contacts at most to ẏ, and their paths to y.
+    fn pushed(&mut self, jump: [f64; 2], path: [f64; 2]) {
+        let Self { rows, y, v, points, .. } = self;
+        for i in 0..points.len() {
+            let (row, share) = (rows.space.normal_row(i), 1.0 / rows.space.normal(i, i));
+            v.add_scaled(row, share * jump[i]);
+            y.add_scaled(row, share * path[i]);
+        }
     }
 
     /// Gaps of two contacts at most.
@@ -358,7 +437,7 @@ impl Frozen {
 
     /// Makes gap rates and small gaps consistent with one motion; see [`consistent`]. `place`: size of the displacements, in m.
     pub(crate) fn reconcile(&mut self, place: f64) {
-        if self.points.len() <= self.space().rank() && self.points.len() < 3 {
+        if self.points.len() < 3 {
             return;
         }
         let rows: ContactValues<Option<&Coordinates>> =

@@ -1,0 +1,53 @@
+"""A body in the local model, and the same body as a mechanism: one motion."""
+
+import os
+
+import numpy as np
+import standfast as sf
+
+#: Number of random scenes.
+SCENES = int(os.environ.get("STANDFAST_POSTURES_AS_MECHANISMS", "1500"))
+
+
+def draw(rng):
+    """A body of 1 kg on two contacts: on one line or on two, thrown, dropped or pushed."""
+    xs = (-1 + rng.uniform(-0.2, 0.2), 1 + rng.uniform(-0.2, 0.2))
+    slopes = (0, 0) if rng.random() < 0.5 else rng.uniform(-0.4, 0.4, 2)
+    friction = rng.choice([0, 0, 0.4])
+    contacts = [
+        sf.Contact((x, 0), slope=slope, friction=friction)
+        for x, slope in zip(xs, slopes, strict=True)
+    ]
+    center = (rng.uniform(-0.8, 0.8), rng.uniform(0.3, 2))
+    e = rng.choice([0, 0.1, 0.3, 0.5, 0.7])
+    body = sf.Posture(1.0, rng.uniform(0.3, 1.5), center, contacts, e)
+    dropped = rng.integers(3) == 0
+    q = (0, rng.uniform(1e-4, 1e-2) if dropped else 0, 0)
+    v = rng.uniform(-0.1, 0.1, 3)
+    if not dropped and min(body.gap_rates(q, v)) < 0:
+        v[1] = abs(v[1]) + 0.3
+    return body, q, v
+
+
+def told(run):
+    """The discrete part of a run."""
+    points = [(z.kind, z.contacts, z.method, z.certified) for z in run.zeno_points]
+    return run.outcome, points, [phase.mode for phase in run.phases], run.collisions
+
+
+def test_a_body_and_its_mechanism_move_as_one():
+    """Of 1 kg: the rows of both have the same bits, and so have all times."""
+    rng = np.random.default_rng(20261126)
+    nested = 0
+    for _ in range(SCENES):
+        body, q, v = draw(rng)
+        if min(body.gaps(q)) < 0 or (min(body.gap_rates(q, v)) < 0 and q[1] == 0):
+            continue
+        options = {"impact": "newton", "time_limit": 5.0, "event_limit": 20_000}
+        one = sf.simulate(body, q, v, model="local", **options)
+        other = sf.simulate(sf.Mechanism.of_posture(body), q, v, **options)
+        assert told(one) == told(other), (body, q, v)
+        assert one.elapsed == other.elapsed
+        np.testing.assert_allclose(one.q, other.q, rtol=0, atol=1e-13)
+        nested += len(one.zeno_points) > 1
+    assert nested > SCENES / 10
