@@ -280,6 +280,7 @@ def test_values_print_copy_and_compare(value):
             lambda: sf.simulate(rod(), **START, neighbourhood=-1.0),
             ["neighbourhood", "-1"],
         ),
+        (lambda: local(psi=(1, 1)).simulate((1, 1), (0, 0)), ["psi.1 * psi.2", "1.0"]),
         (lambda: local().simulate((-1e-30, 1), (0, 0)), ["gaps.1 = -1e-30", ">= 0"]),
         (lambda: local().simulate((0, -1), (0, 0)), ["gaps.2 = -1.0", ">= 0"]),
         (lambda: local().simulate(gaps=(0.1, 0), rates=(0, math.nan)), ["rates"]),

@@ -76,7 +76,7 @@ impl PyLocalModel {
     /// Simulates the gaps and the rotation from a start: gaps : (2,) m, rates : (2,) m/s, theta : rad, omega : rad/s.
     ///
     /// The other keywords are those of `standfast.simulate`, without model, impact, neighbourhood, edges, jams, kicks and ground_motion. The
-    /// run has no q; it has gaps, rates, theta and omega.
+    /// run has no q; it has gaps, rates, theta and omega. With psi[0] * psi[1] = 1 the two gaps cannot move by themselves: a ValueError.
     ///
     /// >>> import standfast as sf
     /// >>> local = sf.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)

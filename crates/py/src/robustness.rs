@@ -253,7 +253,7 @@ const NO_OPTIONS: [&str; 4] = ["stop", "time", "record", "certify"];
 /// that have been simulated since. The other arguments are those of `standfast.robustness`.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "the keywords of the function in Python")]
-#[pyo3(signature = (posture, sizes, *, trials=1000, seed=0, threads=None, done=None, **options), text_signature = "(posture, sizes, *, trials=1000, seed=0, threads=None, done=None, model=\"full\", impact=\"auto\", simultaneous=None, time_limit=None, event_limit=100_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", tolerance=1e-12)")]
+#[pyo3(signature = (posture, sizes, *, trials=1000, seed=0, threads=None, done=None, **options), text_signature = "(posture, sizes, *, trials=1000, seed=0, threads=None, done=None, model=\"full\", impact=\"auto\", simultaneous=None, time_limit=None, event_limit=100_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\")")]
 pub(crate) fn robustness(
     py: Python<'_>,
     #[pyo3(from_py_with = posture)] posture: PyPosture,

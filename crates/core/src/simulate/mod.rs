@@ -72,7 +72,7 @@ pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<T
 ///
 /// # Errors
 ///
-/// A wrong option, a state that is not finite, or a negative gap.
+/// A wrong option, a state that is not finite, a negative gap, or ψ_1ψ_2 = 1, where the two gaps cannot move by themselves.
 pub fn simulate_local(
     model: &LocalModel,
     start: &LocalState,
