@@ -126,6 +126,8 @@ impl Staged for Jointed {
                 driver.body.state.kick(kick, arm.into(), f.mass, f.gyration_radius);
             }
         }
+        // The cycle in progress is no image of the one before.
+        driver.body.laps.forget();
         driver.changed(change);
         driver.write_flight();
         None

@@ -1,4 +1,4 @@
-//! Motion with rows of contacts that do not change, of mechanisms: all accelerations in one contact mode are constant.
+//! Motion with rows of contacts that do not change, of mechanisms, of local models and of bodies in the local model: all accelerations in one contact mode are constant.
 //!
 //! ```text
 //! ÿ = pull + Σ_j (T_jᵀ f_t,j + N_jᵀ f_n,j),    ḧ_i = N_i ÿ,  v̇_t,i = T_i ÿ
@@ -197,7 +197,7 @@ impl Frozen {
         Matrix { nn: w[(n, n)], nt: w[(t, n)], tt: w[(t, t)] }
     }
 
-    /// Applies an impulse (tangential, normal) in N s at a contact; returns the change of velocity.
+    /// Applies an impulse (tangential, normal) at a contact, in N s, or in m/s where the mass is one; returns the change of velocity.
     pub(crate) fn push(&mut self, i: usize, [p_t, p_n]: [f64; 2]) -> Coordinates {
         let space = self.space();
         let change = space.normal_row(i).scaled(p_n).plus(space.tangent(i), p_t);
@@ -308,7 +308,7 @@ impl Frozen {
         self.points.iter().enumerate().map(time).collect()
     }
 
-    /// The first event in these modes with this acceleration, and its time in s. `starting`: contacts that begin to slide.
+    /// The first event in these modes with this acceleration, and its time in s.
     pub(crate) fn first_event(&self, modes: &[Mode], acceleration: &Coordinates) -> (f64, ModeEnd) {
         let (space, friction) = (self.space(), &self.rows.friction);
         let mut first = (f64::INFINITY, ModeEnd::Never);
