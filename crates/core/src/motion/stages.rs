@@ -2,7 +2,7 @@
 
 use nalgebra::Vector2;
 
-use crate::excitation::{Change, missed_kicks};
+use crate::excitation::{Change, Kick, missed_kicks};
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::{Coordinates, Driver};
 use crate::motion::mechanism::Jointed;
@@ -70,7 +70,7 @@ impl<C: Staged> Driver<'_, C> {
                     return self.close(outcome);
                 }
             }
-            if let Some(outcome) = C::change(self, change) {
+            if let Some(outcome) = self.change(change) {
                 self.record.warnings.extend(missed_kicks(&changes[k..]));
                 return self.close(outcome);
             }
@@ -82,69 +82,84 @@ impl<C: Staged> Driver<'_, C> {
 
 /// Coordinates on which something acts during the run.
 pub(crate) trait Staged: Coordinates {
-    /// Applies the changes at this time in the order: acceleration of the ground, which changes no velocity; impacts; kicks. An outcome: the
-    /// run ends here.
-    fn change(driver: &mut Driver<'_, Self>, change: &Change) -> Option<Outcome>;
+    /// Sets the acceleration of free fall, in m/s².
+    fn set_fall(driver: &mut Driver<'_, Self>, fall: Vector2<f64>);
+
+    /// The impacts whose recorded time is `end` (s since the start). An outcome: the run ends here.
+    fn impacts_at(driver: &mut Driver<'_, Self>, end: f64) -> Option<Outcome>;
+
+    /// A kick with this arm of its point in the nominal posture, in m, on a body of this mass (kg) and radius of gyration (m).
+    fn kick(driver: &mut Driver<'_, Self>, kick: &Kick, arm: Vector2<f64>, body: [f64; 2]);
+
+    /// Begins a span of the record, after all changes of an instant.
+    fn go_on(driver: &mut Driver<'_, Self>);
 }
 
 impl Staged for AnyContacts {
-    fn change(driver: &mut Driver<'_, Self>, change: &Change) -> Option<Outcome> {
-        if let Some(fall) = change.fall {
-            driver.body.state.set_fall(fall);
-        }
-        if let Some(outcome) = driver.impacts_at(change.elapsed) {
-            return Some(outcome);
-        }
-        for kick in &change.kicks {
-            let posture = &driver.body.posture;
-            let f = posture.fields();
-            let point = kick.point.unwrap_or(f.center_of_mass);
-            let arm = Vector2::from(point) - Vector2::from(f.center_of_mass);
-            driver.body.state.kick(kick, arm, f.mass);
-        }
-        driver.changed(change);
-        // A span of its own, so that its cause is recorded also where an impact follows at once.
+    fn set_fall(driver: &mut Driver<'_, Self>, fall: Vector2<f64>) {
+        driver.body.state.set_fall(fall);
+    }
+
+    fn impacts_at(driver: &mut Driver<'_, Self>, end: f64) -> Option<Outcome> {
+        driver.impacts_at(end)
+    }
+
+    fn kick(driver: &mut Driver<'_, Self>, kick: &Kick, arm: Vector2<f64>, [mass, _]: [f64; 2]) {
+        driver.body.state.kick(kick, arm, mass);
+    }
+
+    fn go_on(driver: &mut Driver<'_, Self>) {
         driver.write_flight();
-        None
     }
 }
 
 impl Staged for Jointed {
-    fn change(driver: &mut Driver<'_, Self>, change: &Change) -> Option<Outcome> {
-        if let Some(fall) = change.fall {
-            driver.body.state.set_fall(fall);
-        }
-        if let Some(outcome) = driver.impacts_at(change.elapsed) {
-            return Some(outcome);
-        }
-        if let Some(posture) = driver.record.subject.posture() {
-            let f = posture.fields();
-            for kick in &change.kicks {
-                let arm = kick
-                    .point
-                    .map_or([0.0; 2], |[x, y]| [x - f.center_of_mass[0], y - f.center_of_mass[1]]);
-                driver.body.state.kick(kick, arm.into(), f.mass, f.gyration_radius);
-            }
-        }
+    fn set_fall(driver: &mut Driver<'_, Self>, fall: Vector2<f64>) {
+        driver.body.state.set_fall(fall);
+    }
+
+    fn impacts_at(driver: &mut Driver<'_, Self>, end: f64) -> Option<Outcome> {
+        driver.impacts_at(end)
+    }
+
+    fn kick(driver: &mut Driver<'_, Self>, kick: &Kick, arm: Vector2<f64>, [mass, rho]: [f64; 2]) {
+        driver.body.state.kick(kick, arm, mass, rho);
+    }
+
+    fn go_on(driver: &mut Driver<'_, Self>) {
         // The cycle in progress is no image of the one before.
         driver.body.laps.forget();
-        driver.changed(change);
         driver.write_flight();
-        None
     }
 }
 
-impl<C: Coordinates> Driver<'_, C> {
-    /// After a change: its cause, and the contacts that still rest.
-    fn changed(&mut self, change: &Change) {
+impl<C: Staged> Driver<'_, C> {
+    /// Applies the changes at this time in the order: acceleration of the ground, which changes no velocity; impacts; kicks. An outcome: the
+    /// run ends here.
+    fn change(&mut self, change: &Change) -> Option<Outcome> {
+        if let Some(fall) = change.fall {
+            C::set_fall(self, fall);
+        }
+        if let Some(outcome) = C::impacts_at(self, change.elapsed) {
+            return Some(outcome);
+        }
         if change.fall.is_some() {
             self.cause = Some(Cause::GroundMotion);
         }
-        if !change.kicks.is_empty() {
-            self.cause = Some(Cause::Kick);
+        if let Some(posture) = self.record.subject.posture().cloned() {
+            let f = posture.fields();
+            for kick in &change.kicks {
+                let point = kick.point.unwrap_or(f.center_of_mass);
+                let arm = Vector2::from(point) - Vector2::from(f.center_of_mass);
+                C::kick(self, kick, arm, [f.mass, f.gyration_radius]);
+                self.cause = Some(Cause::Kick);
+            }
         }
         for i in 0..self.body.count() {
             self.resting[i] &= self.body.point(i) == (0.0, 0.0);
         }
+        // A span of its own, so that its cause is recorded also where an impact follows at once.
+        C::go_on(self);
+        None
     }
 }
