@@ -102,7 +102,7 @@ def test_feet_that_come_to_vertices_at_once_collide_at_once():
             run = sf.simulate(
                 body, (0, 0, 0), (0, 0, 0), model="full", time_limit=0.5, simultaneous=policy
             )  # fmt: skip
-            assert "contacts 1, 2 collided at the same instant" in run.warnings[0]
+            assert "contacts 1 and 2 collided at the same instant" in run.warnings[0]
             first = run.impacts[0]
             # Sliding down a slope of 45° for .25 m on both feet: a = g/√2.
             assert first["elapsed"] == pytest.approx(0.5 / math.sqrt(2), rel=1e-15)

@@ -78,8 +78,9 @@ impl Posture {
         q: &Vector3<f64>,
         frozen: bool,
     ) -> Option<[isize; 2]> {
+        let ground = self.ground(i)?;
         let at = self.position(i, q, frozen);
-        self.ground(i)?.convex_vertex(&at, self.vertex_error(&at, q))
+        ground.convex_vertex(&at, self.vertex_error(&at, q))
     }
 
     /// The ways in which the contacts that touch at `q` can be on their ground: for each contact the constants of the pieces that carry it.

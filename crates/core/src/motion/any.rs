@@ -10,12 +10,14 @@ use crate::body::contact::{ContactLetters, ContactValues};
 use crate::body::posture::Posture;
 use crate::collisions::log::LastImpacts;
 use crate::flight::is_lost;
+use crate::impact::friction::NO_FRICTION;
 use crate::modes::Mode;
-use crate::motion::bounces::Bounces;
+use crate::motion::bounces::{Bounces, Settled};
 use crate::motion::driver::{Coordinates, Driver, DriverStep, Planar};
 use crate::motion::lines::{Line, lines_of};
 use crate::motion::nested::Limit;
-use crate::motion::record::{Moment, Motion, ZenoRecord};
+use crate::motion::plain::{is_plain, next_landing, within};
+use crate::motion::record::{Moment, Motion, Tail, ZenoRecord};
 use crate::motion::slow::{InstantImpacts, SlowContacts};
 use crate::motion::subject::Subject;
 use crate::options::{Options, Stop};
@@ -47,6 +49,10 @@ pub(crate) struct AnyContacts {
     pub(super) bounces: Bounces,
     /// Contacts on one straight line of the body.
     pub(super) lines: Vec<Line>,
+    /// Whether impacts have the fast loops and the closed sums of [`is_plain`].
+    pub(super) plain: bool,
+    /// The limit of the bounces in progress in a fast loop.
+    pub(super) settled: Option<Box<Settled>>,
 }
 
 impl Coordinates for AnyContacts {
@@ -92,7 +98,9 @@ impl Coordinates for AnyContacts {
     }
 
     fn largest_speed(driver: &Driver<'_, Self>) -> f64 {
-        driver.body.fastest
+        let AnyContacts { state, fastest, plain, .. } = &driver.body;
+        // The loops do not follow the speed.
+        if *plain { fastest.max(state.gravity * driver.log.clock.hi) } else { *fastest }
     }
 
     fn sliding_tolerance(driver: &Driver<'_, Self>) -> f64 {
@@ -100,11 +108,17 @@ impl Coordinates for AnyContacts {
     }
 
     fn impact(driver: &mut Driver<'_, Self>, coming: &[usize]) -> Option<Outcome> {
+        if let Some(end) = driver.impact_of_pair(coming) {
+            return end;
+        }
         if driver.drop_sides_passed() { None } else { driver.impact(coming) }
     }
 
     fn fly(driver: &mut Driver<'_, Self>) -> Option<Outcome> {
-        driver.next_event()
+        match driver.fly_plainly() {
+            Some(end) => end,
+            None => driver.next_event(),
+        }
     }
 
     fn rest(
@@ -124,17 +138,33 @@ impl Coordinates for AnyContacts {
     }
 
     fn last_impacts(driver: &Driver<'_, Self>) -> String {
-        driver.body.last.family(&driver.log)
+        let AnyContacts { state, plain, last, .. } = &driver.body;
+        if *plain {
+            let gravity =
+                [0, 1].map(|i| if i < state.points.len() { state.known_pull(i) } else { 0.0 });
+            return next_landing(state.points.len(), &state.gaps(), gravity);
+        }
+        last.family(&driver.log)
     }
 
     fn last_warnings(driver: &mut Driver<'_, Self>) {
+        let mut contacts = driver.body.state.points.iter().zip(driver.log.struck);
+        if contacts.any(|(p, struck)| struck && p.friction > 0.0) {
+            driver.record.warnings.push(NO_FRICTION.into());
+        }
         let chatter = driver.chatter_warning();
         driver.record.warnings.extend(chatter);
     }
 }
 
 impl Planar for AnyContacts {
-    fn enter_contact(driver: &mut Driver<'_, Self>, _: &[bool]) -> Result<BodyState, Outcome> {
+    fn enter_contact(driver: &mut Driver<'_, Self>, rests: &[bool]) -> Result<BodyState, Outcome> {
+        if driver.body.plain
+            && rests.iter().zip(&driver.resting).all(|(rests, known)| *rests && *known)
+            && let Some(modes) = driver.stands()
+        {
+            return Err(driver.stand(modes));
+        }
         Ok(driver.body.state.clone())
     }
 
@@ -155,7 +185,15 @@ impl Planar for AnyContacts {
                 pull => pull > 0.0,
             })
             .collect();
-        if new.is_empty() { None } else { driver.settle(&new, fresh, 0.0, f64::INFINITY) }
+        if new.is_empty() {
+            return None;
+        }
+        let method = match (fresh, driver.body.plain) {
+            (true, _) => Some(ZenoMethod::Rest),
+            (_, true) => Some(ZenoMethod::Bounce),
+            _ => None,
+        };
+        driver.settle(&new, method, fresh || driver.body.plain, 0.0, f64::INFINITY)
     }
 
     fn leave_contact(driver: &mut Driver<'_, Self>, body: BodyState) {
@@ -178,12 +216,16 @@ impl Planar for AnyContacts {
         driver.leave_together(point, side);
     }
 
-    fn sum_cycles(
+    fn stop_slowly(
         driver: &mut Driver<'_, Self>,
-        before: BodyState,
-        limit: Limit,
-    ) -> Option<Outcome> {
-        driver.sum_cycles(&before, limit)
+        b: usize,
+        body: &BodyState,
+    ) -> Option<DriverStep> {
+        if driver.body.plain { driver.stop_slowly(b, body).map(DriverStep::from) } else { None }
+    }
+
+    fn sum_cycles(driver: &mut Driver<'_, Self>, limit: Limit) -> Option<Outcome> {
+        driver.sum_cycles(limit)
     }
 }
 
@@ -197,6 +239,7 @@ impl<'a> Driver<'a, AnyContacts> {
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
         let local = state.frozen;
+        let plain = !local && is_plain(posture, options);
         let body = AnyContacts {
             posture: posture.clone(),
             contacts: posture.distinct().count() + state.sides.len(),
@@ -208,7 +251,9 @@ impl<'a> Driver<'a, AnyContacts> {
             friction_warned: false,
             last: LastImpacts::default(),
             bounces: Bounces::default(),
-            lines: lines_of(posture),
+            lines: if plain { Vec::new() } else { lines_of(posture) },
+            plain,
+            settled: None,
         };
         Self::with(body, subject, local, options, warnings, cancel)
     }
@@ -228,22 +273,36 @@ impl<'a> Driver<'a, AnyContacts> {
         true
     }
 
-    /// The state and the modes at time `dt` within a sum of cycles that starts in this state, computed cycle by cycle; `None` if too many
-    /// events come before that time. `options`: of the run.
+    /// The state and the modes at time `dt` within a sum of impacts that starts in this state; `None` if too many events come before that time.
+    /// `options`: of the run.
     pub(crate) fn resimulate_cycles(
         posture: &Posture,
         start: &BodyState,
         fastest: f64,
+        tail: Tail,
         subject: &Subject,
         options: &Options,
         dt: f64,
     ) -> Option<(BodyState, ContactLetters<Mode>)> {
-        let options = options.of_resimulated_tail(dt);
+        let (mut state, mut left) = (start.clone(), dt);
+        if tail != Tail::Collisions
+            && let Some(pair) = subject.pair()
+        {
+            let full = start.full(pair);
+            let model = full.model();
+            let (t, gaps, own) = within(tail, &model, &full.gaps, dt);
+            state.follow(&full.hit(&model, t, &own, &gaps));
+            left = (dt - t).max(0.0);
+            if matches!(tail, Tail::Bounce { .. }) {
+                let word = ContactLetters::from_elem(Mode::Separate, state.points.len());
+                return Some((state.flown(left), word));
+            }
+        }
+        let options = options.of_resimulated_tail(left);
+        let resting = state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
         let mut run =
-            Driver::of_any(posture, start.clone(), subject.clone(), &options, Vec::new(), &|| {
-                false
-            });
-        run.resting = start.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
+            Driver::of_any(posture, state, subject.clone(), &options, Vec::new(), &|| false);
+        run.resting = resting;
         run.body.fastest = fastest;
         run.run_tail().map(|run| (run.body.state, run.log.word))
     }
@@ -267,9 +326,19 @@ impl<'a> Driver<'a, AnyContacts> {
         center.v.norm() + self.body.posture.size() * spin.omega.abs()
     }
 
-    fn note_flight(&mut self) {
+    pub(super) fn note_flight(&mut self) {
         self.log.enter(&ContactValues::from_elem(Mode::Separate, self.body.state.points.len()));
         self.write_flight();
+    }
+
+    /// Begins the record of a sum of impacts.
+    pub(super) fn begin_sum(&mut self, tail: Tail) {
+        let state = &self.body.state;
+        self.log.enter(&ContactLetters::from_elem(Mode::Separate, state.points.len()));
+        if self.log.record {
+            let (start, fastest) = (Box::new(state.clone()), AnyContacts::largest_speed(self));
+            self.write(Motion::Cycles { start, fastest, tail });
+        }
     }
 
     pub(super) fn write_flight(&mut self) {
@@ -285,28 +354,25 @@ impl<'a> Driver<'a, AnyContacts> {
     }
 
     /// Moves to the limit of infinitely many cycles.
-    fn sum_cycles(&mut self, before: &BodyState, limit: Limit) -> Option<Outcome> {
-        self.begin_sum(before);
+    fn sum_cycles(&mut self, limit: Limit) -> Option<Outcome> {
+        self.begin_sum(Tail::Collisions);
         self.log.clock = self.log.clock.after(limit.duration);
         self.body.state = limit.end;
-        let outcome = self.settle(&[0, 1], false, limit.error, 0.0);
-        if let Some(last) =
-            self.record.zeno.last_mut().filter(|last| last.method == ZenoMethod::Mixed)
-        {
-            last.method = if limit.repeats { ZenoMethod::Nested } else { ZenoMethod::Mixed };
-        }
-        outcome
+        let method = if limit.repeats { ZenoMethod::Nested } else { ZenoMethod::Mixed };
+        self.settle(&[0, 1], Some(method), false, limit.error, 0.0)
     }
 
-    /// Records that these contacts have come to rest. `hit`: speed of the impact that stopped them, in m/s; 0 if impacts were summed,
-    /// infinite if there was no impact.
+    /// Records that these contacts have come to rest. `method`: `None`: by single impacts; `hit`: speed of the impact that stopped them, in m/s;
+    /// 0 if impacts were summed, infinite if there was no impact.
     pub(super) fn settle(
         &mut self,
         points: &[usize],
-        from_start: bool,
+        method: Option<ZenoMethod>,
+        certified: bool,
         error: f64,
         hit: f64,
     ) -> Option<Outcome> {
+        let from_start = method == Some(ZenoMethod::Rest);
         let stops = points.iter().all(|&i| self.material(i).restitution == 0.0);
         let plastic = stops && !self.fades(hit);
         let mut closed: ContactValues<bool> = self.body.posture.per_contact(|_| false).collect();
@@ -340,20 +406,19 @@ impl<'a> Driver<'a, AnyContacts> {
                 last.at = Moment { clock: last.at.clock, ..at };
                 last.error = last.error.max(error);
                 last.plastic &= plastic;
+                last.certified &= certified;
                 if last.method == ZenoMethod::Bounce && distinct(&last.closed) > 1 {
-                    last.method = ZenoMethod::Mixed;
+                    let whole = method.filter(|_| points.len() > 1);
+                    last.method = whole.unwrap_or(ZenoMethod::Mixed);
                 }
             }
             _ => {
-                let method = match distinct(&closed) {
-                    _ if from_start => ZenoMethod::Rest,
-                    1 => ZenoMethod::Bounce,
-                    _ => ZenoMethod::Mixed,
-                };
+                let single =
+                    if distinct(&closed) == 1 { ZenoMethod::Bounce } else { ZenoMethod::Mixed };
                 return self.zeno_point(ZenoRecord {
                     closed: closed.into_iter().collect(),
-                    method,
-                    certified: from_start,
+                    method: method.unwrap_or(single),
+                    certified,
                     plastic: plastic && !from_start,
                     error,
                     first_summed: self.log.hits,

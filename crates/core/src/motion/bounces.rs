@@ -41,8 +41,7 @@ use crate::math::collocation::{changes as changes_of_powers, doubt, places, powe
 use crate::math::turn::Turn;
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::Driver;
-use crate::motion::frame::Snapshot;
-use crate::motion::pair::Pair;
+use crate::motion::record::Tail;
 use crate::options::Impact;
 use crate::outcome::{Outcome, ZenoMethod};
 use crate::sustained::edges::EdgeWatch;
@@ -512,10 +511,8 @@ impl Driver<'_, AnyContacts> {
         let material = self.material(i);
         match self.limit_of_bounces(&self.body.state, i, impulse, material, fastest) {
             Ok(end) => {
-                self.begin_sum(&self.body.state.clone());
-                self.log.clock = self.log.clock.after(end.duration);
-                (self.body.state, self.body.bounces) = (end.body, Bounces::default());
-                Some(self.settle(&[i], false, end.error, 0.0))
+                self.body.bounces = Bounces::default();
+                Some(self.settle_at(i, end))
             }
             Err(retry) => {
                 self.body.bounces.wait(retry, material.restitution);
@@ -525,19 +522,18 @@ impl Driver<'_, AnyContacts> {
     }
 }
 
-impl Driver<'_, Pair> {
-    /// As [`Driver::bounced`], after an impact at contact `i` in the full model.
+impl Driver<'_, AnyContacts> {
+    /// As [`Driver::bounced`], after an impact at contact `i` in the fast loop.
     pub(super) fn settles(&mut self, state: &FullState, i: usize) -> Option<LoopExit> {
         if !self.body.bounces.follow(i, self.log.hits, MANY_BOUNCES) {
             return None;
         }
-        let now = Snapshot::of_full(state, self.log.clock);
-        let body = self.record.subject.body_state(&now)?;
-        let size = self.record.subject.posture().map_or(0.0, Posture::size);
+        self.body.state.follow(state);
+        let (body, size) = (&self.body.state, self.body.posture.size());
         let fastest = body.center.v.norm() + size * body.spin.omega.abs();
         let restitution = state.body.contacts[i].restitution;
         let material = Material { friction: 0.0, restitution, tangential_restitution: 0.0 };
-        match self.limit_of_bounces(&body, i, [0.0, 1.0], material, fastest) {
+        match self.limit_of_bounces(body, i, [0.0, 1.0], material, fastest) {
             Ok(end) => {
                 (self.body.settled, self.body.bounces) = (Some(Box::new(end)), Bounces::default());
                 Some(LoopExit::Settled { contact: i })
@@ -550,12 +546,10 @@ impl Driver<'_, Pair> {
     }
 
     /// Moves to this limit.
-    pub(super) fn settle_at(&mut self, i: usize, end: &Settled) -> Option<Outcome> {
-        if let Some(start) = self.record.subject.body_state(&self.full()) {
-            self.begin_sum(&start);
-        }
+    pub(super) fn settle_at(&mut self, i: usize, end: Settled) -> Option<Outcome> {
+        self.begin_sum(Tail::Collisions);
         self.log.clock = self.log.clock.after(end.duration);
-        self.leave(&end.body);
-        self.come_to_rest([i == 0, i == 1], ZenoMethod::Bounce, false, end.error)
+        self.body.state = end.body;
+        self.settle(&[i], Some(ZenoMethod::Bounce), false, end.error, 0.0)
     }
 }

@@ -8,9 +8,9 @@
 //!                              └──► all held: at rest, or sliding without end
 //! ```
 //!
-//! The loop is generic over the [`Coordinates`]. [`Pair`](super::pair::Pair) is for one contact, or two at different points, under Newton's
-//! law, each on its own line without ends: collisions have fast loops, and accumulations have sums in closed form.
-//! [`AnyContacts`](super::any::AnyContacts) is for everything else.
+//! The loop is generic over the [`Coordinates`]: of a body that turns, or constant rows. One contact, or two at different points, each on its
+//! own line without ends, whose impacts have no friction, have fast loops over their collisions and sums in closed form, see
+//! [`plain`](super::plain).
 
 use std::collections::BTreeSet;
 
@@ -157,7 +157,7 @@ pub(crate) trait Planar: Coordinates {
     }
 
     /// Moves to the limit of infinitely many cycles.
-    fn sum_cycles(driver: &mut Driver<'_, Self>, body: BodyState, limit: Limit) -> Option<Outcome>;
+    fn sum_cycles(driver: &mut Driver<'_, Self>, limit: Limit) -> Option<Outcome>;
 }
 
 impl<'a, C: Coordinates> Driver<'a, C> {
@@ -376,15 +376,6 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         tolerance.max(unknown.min(known * tolerance))
     }
 
-    /// Begins the record of a sum of impacts that starts in this state.
-    pub(super) fn begin_sum(&mut self, start: &BodyState) {
-        self.log.enter(&ContactValues::from_elem(Mode::Separate, start.points.len()));
-        if self.log.record {
-            let (start, fastest) = (Box::new(start.clone()), C::largest_speed(self));
-            self.write(Motion::Cycles { start, fastest });
-        }
-    }
-
     /// Begins a span of the record.
     pub(super) fn write(&mut self, motion: Motion) {
         self.record.spans.push(Span {
@@ -393,6 +384,21 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             cause: self.cause,
             first_collision: self.log.collisions.len(),
         });
+    }
+
+    /// Adds a warning that the run has not given yet.
+    pub(super) fn warn_once(&mut self, warning: String) {
+        if !self.record.warnings.contains(&warning) {
+            self.record.warnings.push(warning);
+        }
+    }
+
+    /// Warns of contacts, counted from 0, that collide at one instant.
+    pub(super) fn warn_of_tie(&mut self, contacts: &[usize]) {
+        self.warn_once(format!(
+            "{} collided at the same instant; the outcome depends on the policy `simultaneous`",
+            names(contacts.iter().copied())
+        ));
     }
 
     /// Records a Zeno point; an outcome: the run ends with it.
@@ -504,7 +510,7 @@ impl<C: Planar> Driver<'_, C> {
         if posture.is_some_and(|posture| self.edges.is_inside(posture, &limit.end)) {
             return DriverStep::Piece; // it has entered in one of the cycles
         }
-        C::sum_cycles(self, body, limit).into()
+        C::sum_cycles(self, limit).into()
     }
 }
 

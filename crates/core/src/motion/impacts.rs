@@ -26,16 +26,12 @@ impl Driver<'_, AnyContacts> {
             coming.iter().copied().filter(|&i| !self.resting[i]).collect();
         let chosen = if arriving.is_empty() { &coming } else { &arriving };
         if chosen.len() > 1 {
+            let points = &self.body.state.points;
             let mut contacts: ContactValues<usize> =
-                chosen.iter().map(|&i| self.number(i)).collect();
+                chosen.iter().map(|&i| points[i].place.contact).collect();
             contacts.dedup();
-            let names: Vec<String> = contacts.iter().map(usize::to_string).collect();
-            let tie = format!(
-                "contacts {} collided at the same instant; the outcome depends on the policy `simultaneous`",
-                names.join(", ")
-            );
-            if names.len() > 1 {
-                self.warn_once(tie);
+            if contacts.len() > 1 {
+                self.warn_of_tie(&contacts);
             }
         }
         if self.options.policy() == Simultaneous::Together {
@@ -125,12 +121,6 @@ impl Driver<'_, AnyContacts> {
         self.end_jam(i, impulse, self.material(i).restitution == 0.0);
         self.resting[i] = false;
         true
-    }
-
-    fn warn_once(&mut self, warning: String) {
-        if !self.record.warnings.contains(&warning) {
-            self.record.warnings.push(warning);
-        }
     }
 
     /// An impact without collision at point `i`. `stops`: its gap rate is then zero.
@@ -301,7 +291,7 @@ impl Driver<'_, AnyContacts> {
             return self.stop_slow(hit);
         }
         let slowest = wedged.iter().map(|&i| self.wedged(i)).fold(0.0, f64::max);
-        self.settle(&wedged, false, 2.0 * slowest / self.body.state.gravity, hit)
+        self.settle(&wedged, None, false, 2.0 * slowest / self.body.state.gravity, hit)
     }
 
     pub(super) fn arrest(&mut self, stopped: &[bool]) {

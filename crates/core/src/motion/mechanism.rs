@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use crate::body::ContactSpace;
 use crate::body::contact::{ContactLetters, ContactValues, PerContact};
-use crate::collisions::local::{LocalCollisions, LoopExit, are_one};
+use crate::collisions::local::are_one;
 use crate::collisions::log::LastImpacts;
 use crate::impact::friction::NO_FRICTION;
 use crate::math::mass_vector::{Coordinates, MassVector};
@@ -13,7 +13,7 @@ use crate::modes::Mode;
 use crate::motion::bounces::Bounces;
 use crate::motion::driver::{self, Coordinates as _, Driver, DriverStep};
 use crate::motion::nested::{Landed, NestedSequence};
-use crate::motion::pair_flight::next_landing;
+use crate::motion::plain::{next_landing, within};
 use crate::motion::record::{Moment, Motion, Tail, ZenoRecord};
 use crate::motion::slow::{InstantImpacts, SlowContacts, chatter_warning};
 use crate::motion::subject::Subject;
@@ -21,7 +21,7 @@ use crate::options::{Impact, Jams, Options, Stop};
 use crate::outcome::{Cause, Outcome, ZenoMethod};
 use crate::sustained::frozen::Frozen;
 use crate::tolerance::{DEPARTED, DEPARTS_AFTER, STILL};
-use crate::zeno::{FrozenModel, Gaps, Impulses};
+use crate::zeno::FrozenModel;
 
 /// The coordinates of a mechanism.
 pub(crate) struct Jointed {
@@ -244,67 +244,6 @@ impl<'a> Driver<'a, Jointed> {
         Some(Outcome::TimeLimit)
     }
 
-    /// Flight and frictionless collisions of two contacts at most, until they accumulate or another event comes.
-    fn clatter(&mut self, model: &FrozenModel) -> Option<Outcome> {
-        let (start, mut gaps, mut sum) =
-            (self.log.clock, self.body.state.gaps(), Impulses::default());
-        let begun = LocalCollisions::begin(model, &mut gaps, &mut sum, &mut self.log);
-        let exit = match begun {
-            Err(exit) => exit,
-            Ok(mut collisions) => {
-                if self.watch.is_on() {
-                    let before = self.body.state.clone();
-                    self.body.state = before.hit(self.log.clock.since(start), &sum, &gaps);
-                    Jointed::watch_ground(self);
-                    self.body.state = before;
-                }
-                let exit = loop {
-                    if let Some(exit) = collisions.next(model, &mut self.log) {
-                        break exit;
-                    }
-                    collisions.alternate(&mut self.log);
-                };
-                collisions.end(exit, model, &mut gaps, &mut sum, &mut self.log)
-            }
-        };
-        let dt = self.log.clock.since(start);
-        self.body.state = self.body.state.hit(dt, &sum, &gaps);
-        match exit {
-            LoopExit::Bounce { contact, duration } => {
-                let (end, own) = model.end_bounce(contact, &gaps, duration);
-                self.skip(Tail::Bounce { contact }, duration, &own, &end);
-                self.settle(&[contact], ZenoMethod::Bounce, true, 0.0)
-            }
-            LoopExit::Clatter(tail) => {
-                self.both_rest(model, tail.duration, Tail::Collisions);
-                self.settle(&[0, 1], ZenoMethod::Clatter, tail.proved, tail.error)
-            }
-            LoopExit::Reached { remaining, self_similar } => {
-                let method = if self_similar { ZenoMethod::SelfSimilar } else { ZenoMethod::Mixed };
-                // The bound is crude, but below the rounding error of the time.
-                self.both_rest(model, 0.5 * remaining, Tail::Collisions);
-                self.settle(&[0, 1], method, false, 0.5 * remaining)
-            }
-            LoopExit::Never => self.ends_before(f64::INFINITY),
-            LoopExit::TimeLimit => Some(Outcome::TimeLimit),
-            LoopExit::EventLimit => Some(Outcome::EventLimit),
-            LoopExit::Tie | LoopExit::Settled { .. } | LoopExit::Freeze => None,
-        }
-    }
-
-    /// Moves to the instant, after `t`, at which two contacts rest.
-    pub(super) fn both_rest(&mut self, model: &FrozenModel, t: f64, tail: Tail) {
-        let own = model.settle(&self.body.state.gaps(), t);
-        self.skip(tail, t, &own, &Gaps::default());
-    }
-
-    /// Moves to the end of a tail of this duration.
-    fn skip(&mut self, tail: Tail, t: f64, own: &Impulses, end: &Gaps) {
-        self.write_sum(tail);
-        self.body.state = self.body.state.hit(t, own, end);
-        self.log.clock = self.log.clock.after(t);
-    }
-
     /// Records that these contacts have come to rest, and have lost all other motion across their ground.
     pub(super) fn settle(
         &mut self,
@@ -335,7 +274,7 @@ impl<'a> Driver<'a, Jointed> {
             last.certified &= certified;
             if last.method == ZenoMethod::Bounce && last.closed.iter().filter(|on| **on).count() > 1
             {
-                last.method = ZenoMethod::Mixed;
+                last.method = if contacts.len() > 1 { method } else { ZenoMethod::Mixed };
             }
             return (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno);
         }
@@ -392,19 +331,15 @@ impl<'a> Driver<'a, Jointed> {
         dt: f64,
     ) -> Option<(Frozen, ContactLetters<Mode>)> {
         let (mut state, mut left) = (start.clone(), dt);
-        if let (Tail::Bounce { contact }, Some(model)) = (tail, &start.rows.gaps) {
-            let (t, gaps, own) = model.skip_bounces(contact, &start.gaps(), dt);
-            (state, left) = (start.hit(t, &own, &gaps), (dt - t).max(0.0));
-            let word = ContactLetters::from_elem(Mode::Separate, state.points.len());
-            return Some((state.flown(left), word));
-        }
-        if let (Tail::Cycle { ratio, duration }, Some(model)) = (tail, &start.rows.gaps) {
-            let cycles = (libm::log1p(-dt / duration) / libm::log(ratio)).floor();
-            let scale = libm::pow(ratio, cycles);
-            let (t, gaps) = (duration * (1.0 - scale), start.gaps());
-            let gaps_then = Gaps { h: [0.0; 2], u: gaps.u.map(|u| u * scale) };
-            let own = model.lead_to(gaps_then.u, &gaps, t);
-            (state, left) = (start.hit(t, &own, &gaps_then), (dt - t).max(0.0));
+        if let Some(model) = &start.rows.gaps {
+            let (t, gaps, own) = within(tail, model, &start.gaps(), dt);
+            if t > 0.0 {
+                (state, left) = (start.hit(t, &own, &gaps), (dt - t).max(0.0));
+            }
+            if matches!(tail, Tail::Bounce { .. }) {
+                let word = ContactLetters::from_elem(Mode::Separate, state.points.len());
+                return Some((state.flown(left), word));
+            }
         }
         let options = options.of_resimulated_tail(left);
         let resting = state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();

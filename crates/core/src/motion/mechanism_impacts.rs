@@ -100,13 +100,6 @@ impl Driver<'_, Jointed> {
         self.stop_slow(rate.abs())
     }
 
-    pub(super) fn warn_of_tie(&mut self, contacts: &[usize]) {
-        self.warn_once(format!(
-            "{} collided at the same instant; the outcome depends on the policy `simultaneous`",
-            names(contacts.iter().copied())
-        ));
-    }
-
     /// The impacts whose recorded time is `end` (s since the start), which the run has reached, as those of bodies.
     pub(super) fn impacts_at(&mut self, end: f64) -> Option<Outcome> {
         let latest = Clock { hi: end, lo: f64::EPSILON * end };
@@ -152,12 +145,6 @@ impl Driver<'_, Jointed> {
         }
         all.sort_unstable();
         all
-    }
-
-    fn warn_once(&mut self, warning: String) {
-        if !self.record.warnings.contains(&warning) {
-            self.record.warnings.push(warning);
-        }
     }
 
     /// Gap rates; empty without a record.

@@ -130,8 +130,6 @@ pub(crate) struct Limit {
     pub(crate) duration: f64,
     /// Whether cycles repeat themselves; if not, the time left is so short that they need not.
     pub(crate) repeats: bool,
-    /// Whether the body turns so much on the way that the cycles cannot be followed in the geometry of its start.
-    pub(crate) turns: bool,
     /// Estimate of the error of that time, in s.
     pub(crate) error: f64,
 }
@@ -376,7 +374,7 @@ impl NestedSequence<Vector3<f64>> {
             (p.b, p.c) = p.turned(&onward);
         }
         self.forget();
-        Some(Limit { end, duration: t, repeats, turns: false, error })
+        Some(Limit { end, duration: t, repeats, error })
     }
 }
 
@@ -441,7 +439,7 @@ impl<C: Coordinates> Driver<'_, C> {
         end.center.r += along * t + fall * (0.5 * t * t);
         (end.center.v, end.spin.omega) = (along + fall * t, 0.0);
         end.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
-        Some(Limit { end, duration: t, repeats: true, turns: true, error: doubt + rounding })
+        Some(Limit { end, duration: t, repeats: true, error: doubt + rounding })
     }
 
     /// Speed (m/s) and time (s) of the next landing of contact `b` after one with this speed.

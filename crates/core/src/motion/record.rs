@@ -7,9 +7,7 @@ use crate::body::state::State;
 use crate::collisions::log::{Center, Collision, Spin};
 use crate::math::clock::Clock;
 use crate::math::mass_vector::Coordinates;
-use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, MechanismProblem, Mode};
-use crate::motion::frame::{Frame, Snapshot};
 use crate::motion::subject::Subject;
 use crate::outcome::{Cause, Instant, Outcome, ZenoMethod};
 use crate::sustained::BodyState;
@@ -18,15 +16,11 @@ use crate::sustained::frozen::Frozen;
 /// How the body moves during a span.
 #[derive(Debug, Clone)]
 pub(crate) enum Motion {
-    /// Flight of at most two contacts, with plain collisions in between.
-    Flight(InFrame),
-    /// A summed tail of two contacts; its frame is frozen.
-    Tail(InFrame, Tail),
-    /// Each contact is in its mode; in flight all are separate.
+    /// Each contact is in its mode; in flight all are separate, with plain collisions in between.
     Modes(Box<BodyState>, ContactLetters<Mode>),
     /// The sum of infinitely many impacts: bounces of one contact, or cycles of two contacts on the ground. `fastest`: bound of the speeds
     /// of the run until then.
-    Cycles { start: Box<BodyState>, fastest: f64 },
+    Cycles { start: Box<BodyState>, fastest: f64, tail: Tail },
     /// A mechanism with each contact in its mode, with a constant acceleration; in flight with plain collisions.
     Jointed { start: Box<Frozen>, word: ContactLetters<Mode>, acceleration: Coordinates },
     /// A sum of infinitely many impacts of a mechanism.
@@ -44,14 +38,7 @@ impl Motion {
     }
 }
 
-/// A state in the coordinates of a frame of the record.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct InFrame {
-    pub(crate) frame: usize,
-    pub(crate) raw: Snapshot,
-}
-
-/// How a state within a summed tail of two contacts is computed.
+/// How a state within a sum of impacts is computed: in the geometry at its start, or event by event.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Tail {
     /// One contact bounces.
@@ -97,19 +84,6 @@ impl Clone for Moment {
 }
 
 impl Moment {
-    /// From a snapshot of the full model, for a body with `count` contacts.
-    pub(crate) fn of_snapshot(full: &Snapshot, count: usize) -> Self {
-        let each = |pair: [f64; 2]| PerContact::from_slice(&pair.unsigned_zero()[..count]);
-        Self {
-            clock: full.clock,
-            state: full.state().unsigned_zero(),
-            gaps: each(full.gaps.h),
-            rates: each(full.gaps.u),
-            sides: PerContact::new(),
-            mechanism: None,
-        }
-    }
-
     pub(crate) fn instant(&self) -> Instant {
         Instant { state: self.state, gaps: self.gaps.to_vec(), rates: self.rates.to_vec() }
     }
@@ -148,7 +122,6 @@ pub(crate) struct ListedImpact {
 pub(crate) struct Record {
     pub(crate) outcome: Outcome,
     pub(crate) subject: Subject,
-    pub(crate) frames: Vec<Frame>,
     pub(crate) spans: Vec<Span>,
     pub(crate) zeno: Vec<ZenoRecord>,
     pub(crate) warnings: Vec<String>,
@@ -180,7 +153,6 @@ impl Record {
         Self {
             outcome: Outcome::EventLimit,
             subject,
-            frames: Vec::new(),
             spans: Vec::new(),
             zeno: Vec::new(),
             warnings,

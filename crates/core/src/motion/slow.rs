@@ -441,7 +441,7 @@ impl Driver<'_, AnyContacts> {
                 .extend(stopped.iter().map(|&i| self.body.state.points[i].place.contact));
             self.body.stopped_chatter.1 = watched;
         }
-        self.settle(&stopped, false, error + self.nested.missing(self.body.state.gravity), by)
+        self.settle(&stopped, None, false, error + self.nested.missing(self.body.state.gravity), by)
     }
 }
 

@@ -6,8 +6,6 @@ use crate::excitation::{Change, Kick, missed_kicks};
 use crate::motion::any::AnyContacts;
 use crate::motion::driver::{Coordinates, Driver};
 use crate::motion::mechanism::Jointed;
-use crate::motion::pair::Pair;
-use crate::motion::record::Moment;
 use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Outcome};
 
@@ -30,31 +28,10 @@ impl<'a, C: Coordinates> Driver<'a, C> {
     }
 }
 
-impl<'a> Driver<'a, Pair> {
-    /// The first stage, and the state at its end or its outcome; `None` if cancelled.
-    pub(crate) fn first_stage(&mut self, end: f64) -> Option<Result<Moment, Outcome>> {
-        let _ = Pair::begin(self);
-        let outcome = self.stage(end)?;
-        Some(if outcome == Outcome::TimeLimit { Ok(Pair::moment(self)) } else { Err(outcome) })
-    }
-}
-
-impl<'a> Driver<'a, AnyContacts> {
-    /// Continues a run of two contacts at most from this state of the body.
-    pub(crate) fn after_pair(mut self, before: Driver<'a, Pair>) -> Self {
-        self.resting = before.resting;
-        (self.record, self.log, self.watch) = (before.record, before.log, before.watch);
-        self.fresh = false;
-        self
-    }
-}
-
 impl<C: Staged> Driver<'_, C> {
     /// Runs through all changes to the outcome; `None` if cancelled. `options`: of the whole run.
     pub(crate) fn run_stages(&mut self, changes: &[Change], options: &Options) -> Option<()> {
-        if self.fresh
-            && let Some(outcome) = C::begin(self)
-        {
+        if let Some(outcome) = C::begin(self) {
             self.record.warnings.extend(missed_kicks(changes));
             return self.close(outcome);
         }

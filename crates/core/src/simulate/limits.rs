@@ -4,6 +4,7 @@ use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::error::{Error, LARGEST, in_range};
 use crate::modes::LONGEST_ARM;
+use crate::motion::plain::is_plain;
 use crate::options::{Impact, Options, Stop};
 
 /// Checks the landing speeds of several contacts, |u| + √(2gh). Collisions in turn compute products of three of them, which must
@@ -72,23 +73,10 @@ const NEAREST: f64 = 1e-6;
 /// mode with a normal force just below zero would be driven by its friction.
 const ROUGHEST: f64 = 1e6;
 
-/// Whether a motion has at most two contacts, which are points, impacts without friction and terrain without ends. Two contacts at one
-/// point (ψ = 1) are excluded: no impact separates them.
-pub(crate) fn is_pair(posture: &Posture, options: &Options) -> bool {
-    let apart = match posture.geometry() {
-        [one, two] => one.apart(two, 1.0) > 0.0,
-        few => few.len() <= 1,
-    };
-    apart
-        && options.is_frictionless(posture)
-        && posture.ground(0).is_none()
-        && !posture.has_rounds()
-}
-
 /// Refuses motions that are not supported; the error names the field.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     reachable(posture.fields().gravity, options)?;
-    if options.certify && !is_pair(posture, options) {
+    if options.certify && !is_plain(posture, options) {
         return Err(Error::Unusable {
             field: "certify".into(),
             value: "true".into(),

@@ -10,9 +10,8 @@ use crate::math::clock::Clock;
 use crate::math::roots::ORDER;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{Mode, Word, mechanism_forces};
-use crate::motion::frame::Snapshot;
-use crate::motion::record::{InFrame, Moment, Motion, Record};
-use crate::motion::{AnyContacts, Driver, Jointed, Pair};
+use crate::motion::record::{Motion, Record};
+use crate::motion::{AnyContacts, Driver, Jointed};
 use crate::options::Model;
 use crate::outcome::{Instant, Outcome};
 use crate::simulate::start::Start;
@@ -52,11 +51,7 @@ pub struct Reader<'a> {
     reason = "each is read at once; a box would cost an allocation"
 )]
 enum Now<'a> {
-    /// Of at most two contacts, in the coordinates of the full model: in flight, or without a body.
-    Pair(Snapshot),
-    /// Within the sum of impacts of two contacts.
-    Tail(Snapshot, Cow<'a, [Mode]>),
-    /// Of any number of contacts, with the mode of each of its points.
+    /// A body, with the mode of each of its points.
     Body(BodyState, Cow<'a, [Mode]>),
     /// A mechanism, with the mode of each contact.
     Jointed(Box<Frozen>, Cow<'a, [Mode]>),
@@ -83,9 +78,6 @@ impl<'a> Reader<'a> {
                 let Some(posture) = self.run.posture() else { unreachable!("the body has one") };
                 Ok(body.instant(posture))
             }
-            Now::Pair(full) | Now::Tail(full, ..) => {
-                Ok(Moment::of_snapshot(&full, self.run.count()).instant())
-            }
             Now::Jointed(state, _) => Ok(Instant {
                 state: self.run.record.subject.state(&state),
                 gaps: state.points.iter().map(|p| p.h.unsigned_zero()).collect(),
@@ -103,7 +95,6 @@ impl<'a> Reader<'a> {
         Ok(match self.now(t)? {
             None => self.run.record.end.state,
             Some(Now::Body(body, _)) => body.state(),
-            Some(Now::Pair(full) | Now::Tail(full, ..)) => full.state().unsigned_zero(),
             Some(Now::Jointed(state, _)) => self.run.record.subject.state(&state),
         })
     }
@@ -182,36 +173,30 @@ impl<'a> Reader<'a> {
         if k != self.index {
             (self.index, self.held) = (k, None);
         }
-        let (Record { subject, frames, .. }, options) = (&*self.run.record, self.run.options());
-        let flown = |at: &InFrame| {
-            let frame = &frames[at.frame];
-            Now::Pair(frame.to_full(subject, &frame.flown(subject, &at.raw, dt)))
-        };
+        let (Record { subject, spans, .. }, options) = (&*self.run.record, self.run.options());
         let Some(motion) = self.motion(k) else {
-            return Some(match self.run.pieces().ok()?.get(k)?.flight.as_ref()? {
-                Flight::Pair(flight) => flown(flight),
-                Flight::Jointed(state) => {
+            let piece = self.run.pieces().ok()?.get(k)?;
+            return Some(match (piece.flight.as_ref()?, &spans[piece.span].motion) {
+                (Flight::Body(index), Motion::Modes(start, modes)) => {
+                    let state = self.run.after_collision(start, *index)?;
+                    Now::Body(state.flown(dt), Cow::Borrowed(modes))
+                }
+                (Flight::Body(_), _) => return None,
+                (Flight::Jointed(state), _) => {
                     let modes = vec![Mode::Separate; state.points.len()];
                     Now::Jointed(Box::new(state.flown(dt)), Cow::Owned(modes))
                 }
             });
         };
         Some(match motion {
-            Motion::Flight(at) => flown(at),
             Motion::Modes(body, modes) => {
                 let held = self.held.get_or_insert_with(|| Held::new(body, modes));
                 Now::Body(held.at(dt), Cow::Borrowed(modes))
             }
-            Motion::Tail(at, tail) => {
-                let frame = &frames[at.frame];
-                let (full, modes) =
-                    Driver::<Pair>::resimulate_tail(frame, subject, options, &at.raw, *tail, dt)?;
-                Now::Tail(full, Cow::Owned(modes.to_vec()))
-            }
-            Motion::Cycles { start, fastest } => {
+            Motion::Cycles { start, fastest, tail } => {
                 let posture = self.run.posture()?;
                 let (body, modes) = Driver::<AnyContacts>::resimulate_cycles(
-                    posture, start, *fastest, subject, options, dt,
+                    posture, start, *fastest, *tail, subject, options, dt,
                 )?;
                 Now::Body(body, Cow::Owned(modes.to_vec()))
             }
@@ -253,10 +238,8 @@ impl<'a> Reader<'a> {
         let piece = self.piece_at(t)?;
         let Some((k, dt)) = piece else { return unknown() };
         let open = [Outcome::Zeno, Outcome::Inconsistent, Outcome::Ambiguous];
-        let sum = || {
-            use Motion::{Cycles, JointedTail, Tail};
-            matches!(self.motion(k), Some(Tail(..) | Cycles { .. } | JointedTail { .. }))
-        };
+        let sum =
+            || matches!(self.motion(k), Some(Motion::Cycles { .. } | Motion::JointedTail { .. }));
         if t == self.run.time() && (open.contains(&self.run.outcome()) || sum()) {
             return unknown();
         }
@@ -265,22 +248,16 @@ impl<'a> Reader<'a> {
             return Ok(forces_of(mechanism, &modes).unwrap_or(vec![[f64::NAN; 2]; count]));
         }
         let Some(posture) = self.run.posture() else { return unknown() };
-        let body = match self.moving(k, dt).ok_or_else(|| too_deep(t))? {
-            Now::Body(body, modes) => Some((body, modes)),
-            Now::Tail(full, modes) => {
-                let body = self.run.record.subject.body_state(&full);
-                body.map(|body| (body, modes))
-            }
+        let (body, modes) = match self.moving(k, dt).ok_or_else(|| too_deep(t))? {
+            Now::Body(body, modes) => (body, modes),
             Now::Jointed(state, modes) => {
                 let at = self.run.record.subject.state(&state);
                 let (gaps, rates): (Vec<f64>, Vec<f64>) =
                     state.points.iter().map(|p| (p.h, p.u)).unzip();
-                Some((Start::body_state(posture, &at, &gaps, &rates, true), modes))
+                (Start::body_state(posture, &at, &gaps, &rates, true), modes)
             }
-            Now::Pair(_) => None,
         };
-        let mut forces =
-            body.map_or(Ok(Vec::new()), |(body, modes)| body.forces(posture, &modes))?;
+        let mut forces = body.forces(posture, &modes)?;
         forces.resize(count, [0.0; 2]);
         Ok(forces)
     }

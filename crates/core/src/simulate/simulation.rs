@@ -6,13 +6,13 @@ use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::enclosure;
 use crate::error::Error;
-use crate::excitation::{Change, Excitation, lasting, missed_kicks};
+use crate::excitation::{Change, Excitation, lasting};
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::motion::Driver;
+use crate::motion::plain::is_plain;
 use crate::motion::record::Record;
 use crate::options::{Edges, Model, Options};
 use crate::outcome::{End, FirstZeno, ModelReason};
-use crate::simulate::limits::{is_pair, solvable};
+use crate::simulate::limits::solvable;
 use crate::simulate::start::{Start, never_turns};
 use crate::simulate::trajectory::Trajectory;
 
@@ -120,11 +120,11 @@ impl<'a> Simulation<'a> {
         let (model, reason) = self.choose();
         let start = Start::new(posture, &self.start, model)?;
         if excitation.is_none() {
-            let Some(record) = self.record(start) else { return Ok(None) };
+            let Some(record) = self.record(start, &[]) else { return Ok(None) };
             return Ok(self.enclosed(Trajectory::new(record, model, reason, *options)));
         }
         let changes = excitation.changes(options.time, posture.fields().gravity);
-        let Some(mut record) = self.excited(start, &changes) else { return Ok(None) };
+        let Some(mut record) = self.record(start, &changes) else { return Ok(None) };
         record.warnings.extend(lasting(excitation.ground_motion.as_ref()));
         let run = Trajectory::new(record, model, reason, *options);
         Ok(Some(run.excited_by(excitation.clone())))
@@ -141,67 +141,22 @@ impl<'a> Simulation<'a> {
             return Ok(self.motion()?.map(|run| end_of(&run)));
         }
         let start = Start::new(posture, &self.start, self.choose().0)?;
-        Ok(if is_pair(posture, options) {
-            match start.model {
-                Model::Local => start.frozen_driver(posture, &self.start, options, cancel).end(),
-                _ => start.driver(posture, &self.start, options, cancel).end(),
-            }
+        Ok(if start.model == Model::Local && is_plain(posture, options) {
+            start.frozen_driver(posture, &self.start, options, cancel).end()
         } else {
-            start.any_driver(posture, &self.start, options, cancel).end()
+            start.driver(posture, &self.start, options, cancel).end()
         })
     }
 
-    /// The record of a run without kicks; `None` if cancelled.
-    fn record(&self, start: Start) -> Option<Box<Record>> {
-        let Self { posture, ref options, cancel, .. } = *self;
-        if is_pair(posture, options) {
-            if start.model == Model::Local {
-                let mut driver = start.frozen_driver(posture, &self.start, options, cancel);
-                driver.run()?;
-                return Some(driver.record);
-            }
-            let mut driver = start.driver(posture, &self.start, options, cancel);
-            driver.run()?;
-            return Some(driver.record);
-        }
-        let mut driver = start.any_driver(posture, &self.start, options, cancel);
-        driver.run()?;
-        Some(driver.record)
-    }
-
     /// The record of a run with these changes; `None` if cancelled.
-    fn excited(&self, start: Start, changes: &[Change]) -> Option<Box<Record>> {
+    fn record(&self, start: Start, changes: &[Change]) -> Option<Box<Record>> {
         let Self { posture, ref options, cancel, .. } = *self;
-        if start.model == Model::Local && is_pair(posture, options) {
+        if start.model == Model::Local && is_plain(posture, options) {
             let mut driver = start.frozen_driver(posture, &self.start, options, cancel);
             driver.run_stages(changes, options)?;
             return Some(driver.record);
         }
-        // The first stage is computed as the run without kicks.
-        let first = changes.first().filter(|change| change.elapsed > 0.0);
-        let Some(first) = first.filter(|_| is_pair(posture, options)) else {
-            let mut driver = start.any_driver(posture, &self.start, options, cancel);
-            driver.run_stages(changes, options)?;
-            return Some(driver.record);
-        };
-        let mut pair = start.driver(posture, &self.start, options, cancel);
-        if first.elapsed >= options.end() {
-            pair.record.warnings.extend(missed_kicks(changes));
-            pair.run()?;
-            return Some(pair.record);
-        }
-        let end = match pair.first_stage(first.elapsed)? {
-            Ok(end) => end,
-            Err(outcome) => {
-                pair.record.warnings.extend(missed_kicks(changes));
-                pair.close(outcome)?;
-                return Some(pair.record);
-            }
-        };
-        let subject = pair.record.subject.clone();
-        let body = Start::body_state(posture, &end.state, &end.gaps, &end.rates, false);
-        let driver = Driver::of_any(posture, body, subject, options, Vec::new(), cancel);
-        let mut driver = driver.after_pair(pair);
+        let mut driver = start.driver(posture, &self.start, options, cancel);
         driver.run_stages(changes, options)?;
         Some(driver.record)
     }

@@ -12,16 +12,14 @@ use crate::collisions::log::{Center, Spin};
 use crate::error::{Error, in_range};
 use crate::math::mass_vector::Coordinates;
 use crate::math::turn::Turn;
-use crate::motion::frame::{Frame, Snapshot};
 use crate::motion::subject::Subject;
-use crate::motion::{AnyContacts, Driver, Jointed, Pair};
+use crate::motion::{AnyContacts, Driver, Jointed};
 use crate::options::{Model, Options};
 use crate::outcome::ContactSet;
 use crate::simulate::limits::{clatters, returns, touch};
 use crate::sustained::frozen::{Frozen, GapState, Rows};
 use crate::sustained::{BodyState, ContactState, Rounding};
 use crate::tolerance::{PHASE_LOST, TOUCH};
-use crate::zeno::Gaps;
 
 /// Largest angular velocity ω, in rad/s, and largest product of ω and the size of the body, in m/s. The forces on dependent contacts
 /// contain ω⁴, which must not overflow.
@@ -109,8 +107,8 @@ impl Start {
         ContactSet::of_gaps(&self.heights)
     }
 
-    /// The driver of a motion with any number of contacts, every law and every terrain.
-    pub(super) fn any_driver<'c>(
+    /// The driver of a motion in the full geometry, or of one of which [`is_plain`](crate::motion::plain::is_plain) is false.
+    pub(super) fn driver<'c>(
         self,
         posture: &Posture,
         state: &State,
@@ -183,7 +181,7 @@ impl Start {
         start
     }
 
-    /// The driver of a motion in the local model of which [`is_pair`](super::limits::is_pair) is true.
+    /// The driver of a motion in the local model of which [`is_plain`](crate::motion::plain::is_plain) is true.
     pub(super) fn frozen_driver<'c>(
         self,
         posture: &Posture,
@@ -205,26 +203,5 @@ impl Start {
         let frozen = Frozen { rows, y, v, points, spin };
         let subject = Subject::of_body(posture, state);
         Driver::of_rows(frozen, posture.size(), subject, options, warnings, cancel)
-    }
-
-    /// The driver of a motion of which [`is_pair`](super::limits::is_pair) is true.
-    pub(super) fn driver<'c>(
-        self,
-        posture: &Posture,
-        state: &State,
-        options: &Options,
-        cancel: &'c dyn Fn() -> bool,
-    ) -> Driver<'c, Pair> {
-        let Self { heights, rates, warnings, .. } = self;
-        let subject = Subject::of_body(posture, state);
-        let mut gaps = Gaps { h: [f64::INFINITY; 2], u: [0.0; 2] };
-        for (i, (h, u)) in heights.into_iter().zip(rates).enumerate() {
-            (gaps.h[i], gaps.u[i]) = (h, u);
-        }
-        let center = Center { r: state.q.xy(), v: state.qdot.xy() };
-        let spin = Spin { theta: state.q.z, omega: state.qdot.z };
-        let start = Snapshot { gaps, center, spin, ..Snapshot::default() };
-        let first = Frame::full(start);
-        Driver::new(first, subject, options, warnings, cancel)
     }
 }

@@ -11,7 +11,6 @@ use crate::body::Mechanism;
 use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::collisions::local::advance;
 use crate::error::{Error, quoted};
 use crate::excitation::{Excitation, GroundMotion, Kick};
 use crate::file::read::{in_file, read_whole};
@@ -19,8 +18,8 @@ use crate::file::text::Format;
 use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::{ContactProblem, MechanismProblem};
-use crate::motion::record::{InFrame, Moment, Motion, Record, Span, ZenoRecord};
+use crate::modes::{ContactProblem, MechanismProblem, Mode};
+use crate::motion::record::{Moment, Motion, Record, Span, ZenoRecord};
 use crate::options::{Model, Options};
 use crate::outcome::{
     Cause, ContactKind, ContactNumber, ContactSet, Enclosure, ImpactRecord, Instant, ModelReason,
@@ -28,6 +27,7 @@ use crate::outcome::{
 };
 use crate::simulate::reader::Reader;
 use crate::simulate::{Simulation, simulate_local_until, simulate_mechanism_until};
+use crate::sustained::BodyState;
 use crate::sustained::frozen::Frozen;
 use crate::tolerance::{CLOCK_ROUNDINGS, OUTSIDE_PROVED_BOUNDS};
 use crate::zeno::{Gaps, Impulses};
@@ -47,7 +47,8 @@ pub(super) struct Piece {
 /// The state at the start of a flight.
 #[derive(Debug, Clone)]
 pub(super) enum Flight {
-    Pair(InFrame),
+    /// Of a body, after the plain collision with this number.
+    Body(usize),
     Jointed(Box<Frozen>),
 }
 
@@ -835,42 +836,31 @@ impl Trajectory {
                 .spans
                 .get(k + 1)
                 .map_or(record.collisions.len(), |next| next.first_collision);
-            let start = match &span.motion {
-                Motion::Flight(at) | Motion::Tail(at, _) => Some(at),
-                Motion::Jointed { start, .. } => {
-                    self.expand_jointed(k, span, last, start, &mut expanded);
-                    continue;
-                }
-                Motion::Modes(..) | Motion::Cycles { .. } | Motion::JointedTail { .. } => None,
-            };
-            let mut now = start.copied();
+            if let Motion::Jointed { start, .. } = &span.motion {
+                self.expand_jointed(k, span, last, start, &mut expanded);
+                continue;
+            }
+            // An impact that ends a contact phase is followed by a span of its own.
+            let flies = matches!(&span.motion, Motion::Modes(_, word) if word.iter().all(|&mode| mode == Mode::Separate));
             for index in span.first_collision..last {
                 let c = &record.collisions[index];
-                let i = c.contact;
-                let body = record.bodies.get(index).copied().unwrap_or_default();
-                let frozen =
-                    start.map(|at| &record.frames[at.frame]).filter(|f| f.frozen.is_some());
-                let own = |theta: f64| record.subject.translational_fraction(i, theta);
-                expanded.fractions.push(
-                    frozen.map_or_else(|| own(body.1.theta), |f| f.translational_fraction(i)),
-                );
-                // An impact that ends a contact phase is followed by a span of its own.
-                let Some(InFrame { raw, .. }) = &mut now else { continue };
-                let dt = c.elapsed.since(raw.clock);
-                (raw.gaps.h[i], raw.gaps.h[1 - i]) = (0.0, c.other_gap);
-                raw.gaps.u = c.after;
-                raw.clock = c.elapsed;
-                if frozen.is_some() {
-                    advance(&mut raw.impulses, dt);
-                    raw.impulses.jump[i] += c.jump;
-                } else {
-                    (raw.center, raw.spin) = body;
+                let theta = record.bodies.get(index).map_or(0.0, |(_, spin)| spin.theta);
+                expanded.fractions.push(record.subject.translational_fraction(c.contact, theta));
+                if flies {
+                    let flight = Some(Flight::Body(index));
+                    expanded.pieces.push(Piece { clock: c.elapsed, span: k, flight });
                 }
-                let flight = now.map(Flight::Pair);
-                expanded.pieces.push(Piece { clock: c.elapsed, span: k, flight });
             }
         }
         expanded
+    }
+
+    /// The body after this plain collision of a flight that begins at `start`.
+    pub(super) fn after_collision(&self, start: &BodyState, index: usize) -> Option<BodyState> {
+        let (record, mut gaps) = (&self.record, Gaps::default());
+        let (c, &(center, spin)) = (record.collisions.get(index)?, record.bodies.get(index)?);
+        (gaps.h[1 - c.contact], gaps.u) = (c.other_gap, c.after);
+        Some(start.moved(record.subject.pair()?, gaps, center, spin))
     }
 
     /// The same for a span of a mechanism, up to this collision.

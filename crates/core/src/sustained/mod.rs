@@ -24,6 +24,7 @@ mod forces;
 pub(crate) mod jam;
 pub(crate) mod frozen;
 pub(crate) mod next_order;
+mod pair;
 pub(crate) mod phase;
 mod rows;
 pub(crate) mod side;

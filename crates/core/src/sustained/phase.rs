@@ -58,7 +58,10 @@ impl BodyState {
 
     /// The only consistent word in which up to two closed contacts continue, and its q̈, by closed forms without allocation. Contacts in the
     /// air have no part in it. `None`: the problem has to be solved.
-    fn only_mode(&self, ways: &[Option<i8>]) -> Option<(ContactLetters<Mode>, [f64; 3])> {
+    pub(crate) fn only_mode(
+        &self,
+        ways: &[Option<i8>],
+    ) -> Option<(ContactLetters<Mode>, [f64; 3])> {
         let rho = self.rho2.sqrt();
         let omega_squared = self.square_of_turn();
         let mut rows = [Row::ABSENT; 2];

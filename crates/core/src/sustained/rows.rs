@@ -256,19 +256,6 @@ impl BodyState {
         rows
     }
 
-    /// Returns from a frozen geometry: the velocity is made consistent with the closed contacts, and the rates of the others
-    /// follow from it.
-    pub(crate) fn unfreeze(&mut self) {
-        let closed =
-            |p: &ContactState| if p.h == 0.0 && p.u == 0.0 { Mode::Right } else { Mode::Separate };
-        let modes: ContactLetters<Mode> = self.points.iter().map(closed).collect();
-        self.project(&modes);
-        let (v, omega) = (self.center.v, self.spin.omega);
-        for p in self.points.iter_mut().filter(|p| p.h > 0.0) {
-            p.u = p.normal.dot(&v) + p.b * omega;
-        }
-    }
-
     /// Corrects the velocity of a body with these contacts closed: its rates along their normals are rounding error.
     pub(crate) fn close(&mut self, closed: &[bool]) {
         let mode = |closed: &bool| if *closed { Mode::Right } else { Mode::Separate };

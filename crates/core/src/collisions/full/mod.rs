@@ -4,6 +4,7 @@
 //! rest of an accumulation is so short that the geometry does not change, the frozen model sums it.
 
 mod plain;
+mod tail;
 
 use nalgebra::{Vector2, Vector3};
 
@@ -14,8 +15,8 @@ use crate::collisions::log::{Center, Collision, Log, Spin};
 use crate::flight::{GapArc, Touchdown, is_lost};
 use crate::impact::newton;
 use crate::math::turn::Turn;
-use crate::tolerance::{CONTACTS_APART, FROZEN_CHANGE_MARGIN, TAIL, TAIL_TOO_LONG};
-use crate::zeno::{FrozenModel, Gaps, solve_coupled};
+use crate::tolerance::{FROZEN_CHANGE_MARGIN, TAIL, TAIL_TOO_LONG};
+use crate::zeno::{FrozenModel, Gaps};
 use plain::{FullConstants, FullLoopState, UntilCheck};
 
 /// Constants of a body on two contacts.
@@ -100,16 +101,15 @@ impl FullState {
         couplings(self.b[0], self.b[1], self.body.n12, self.body.rho2)
     }
 
-    /// The local model with the geometry and the effective gravity of this configuration.
-    pub(crate) fn frozen(&self) -> LocalModel {
+    /// The couplings of the contacts, and the effective gravity into them, of this configuration.
+    pub(crate) fn model(&self) -> FrozenModel {
         let (psi, phi) = self.couplings();
-        let e = [0, 1].map(|i| self.body.contacts[i].restitution);
-        LocalModel::frozen(LocalModelFields {
+        FrozenModel::new(&LocalModel::frozen(LocalModelFields {
             gravity: [0, 1].map(|i| self.effective_gravity(i)),
             psi,
             phi,
-            restitution: e,
-        })
+            restitution: self.body.contacts.map(|k| k.restitution),
+        }))
     }
 
     /// Whether the flight to the next touchdown is so long that rounding makes the position of the body unknown. For a single contact, and
@@ -153,55 +153,9 @@ impl FullState {
         }
     }
 
-    /// Adds the first-order effect of the rotation on ω during a tail. The tail has the duration `t`, began at `start`, and was summed in
-    /// the geometry of `start`. An impulse P at time τ acts on the arm b − c ωτ, so that Δω = −Σ c_i ω Σ P τ/ρ², and Σ P τ = (Σ P) t − ∫(Σ
-    /// P).
-    ///
-    /// Towards a 2-Zeno point the speeds decrease more slowly than the times of flight. So the effect can be negligible for the times, but
-    /// not for the speeds.
-    pub(crate) fn turn_tail(&mut self, start: &Self, t: f64, jump: [f64; 2], path: [f64; 2]) {
-        let omega = 0.5 * (start.spin.omega + self.spin.omega);
-        let fast: f64 = (0..2).map(|i| start.c[i] * (jump[i] * t - path[i])).sum();
-        self.spin.omega -= omega * fast / self.body.rho2;
-    }
-
-    /// Computes the velocity of the body from the gap rates of closed contacts. This is needed after a tail summed in the geometry of its
-    /// start, during which the arms have turned a little, and after so many impacts that the sum of their jumps has lost its digits.
-    pub(crate) fn follow(&mut self, closed: [bool; 2]) {
-        if closed == [true, true] {
-            self.forget_rounding();
-        }
-        let left = |i: usize| {
-            let n = self.body.contacts[i].normal;
-            self.gaps.u[i] - (n.dot(&self.center.v) + self.b[i] * self.spin.omega)
-        };
-        let jump = match closed {
-            [true, true] => solve_coupled(self.couplings().0, [left(0), left(1)]),
-            _ => [0, 1].map(|i| if closed[i] { left(i) } else { 0.0 }),
-        };
-        let rates = self.gaps.u;
-        self.apply_impulse(jump);
-        self.gaps.u = rates;
-        if closed == [true, true] {
-            self.forget_rounding();
-        }
-    }
-
-    /// Sets the spin to zero if two gaps over parallel ground change at the same rate: the spin that follows from the impulses is
-    /// rounding error.
-    pub(crate) fn forget_rounding(&mut self) {
-        let [one, two] = self.body.contacts;
-        let same = self.gaps.u[0] == self.gaps.u[1];
-        let apart =
-            (self.b[0] - self.b[1]).abs() > CONTACTS_APART * self.own(0).max(self.own(1)).sqrt();
-        if same && one.normal == two.normal && apart {
-            self.spin.omega = 0.0;
-        }
-    }
-
     /// Frictionless Newton impact at `i` [Or & Rimon 2008, (4)]. Returns the own-rate jump (1+e)|w|, the change of the gap rate of contact
     /// i.
-    fn hit(&mut self, i: usize) -> f64 {
+    fn impact(&mut self, i: usize) -> f64 {
         let (s, e) = (-self.gaps.u[i], self.body.contacts[i].restitution);
         let (jump, per_own) = newton::own_jump(e, s, self.own(i));
         let cross = self.b[0] * self.b[1] + self.body.rho2 * self.body.n12;
@@ -274,7 +228,7 @@ impl FullState {
             return Some(halt);
         }
         if near.clatter {
-            let frozen = FrozenModel::new(&self.frozen());
+            let frozen = self.model();
             if let Some(tail) = frozen.clatter_tail(a, &self.gaps)
                 && tail.duration <= log.left()
             {
@@ -318,7 +272,7 @@ impl FullState {
         let (b, e) = (1 - a, self.body.contacts[a].restitution);
         let (u_a, u_b, h_b) = (self.gaps.u[a], self.gaps.u[b], self.gaps.h[b]);
         let now = log.clock.hi;
-        let frozen = FrozenModel::new(&self.frozen());
+        let frozen = self.model();
         let psi_a = frozen.psi[a];
         let t = 2.0 * u_a / (gravity[a] * (1.0 - e));
         let end = h_b + t * (u_b - 0.5 * t * (gravity[b] + e * psi_a * gravity[a]));
@@ -345,7 +299,7 @@ impl FullState {
 
     /// Both contacts bounce in step until they rest after the time `t`: whether they keep landing together although the body turns.
     pub(crate) fn stays_synchronous(&self, t: f64, log: &Log) -> bool {
-        let [one, two] = FrozenModel::new(&self.frozen()).settle(&self.gaps, t).jump;
+        let [one, two] = self.model().settle(&self.gaps, t).jump;
         let drift = self.drift(t, one.abs(), two.abs());
         let late = |i: usize| t * drift.gravity[i] / self.effective_gravity(i);
         drift.is_little() && late(0).max(late(1)) <= TAIL * (log.clock.hi + t)
@@ -362,7 +316,7 @@ impl FullState {
     #[cold]
     fn can_freeze(&self, gravity: [f64; 2], log: &Log) -> bool {
         let now = log.clock.hi;
-        let frozen = FrozenModel::new(&self.frozen());
+        let frozen = self.model();
         let Some(t) = time_to_rest(&frozen, &self.gaps) else { return false };
         if t > TAIL_TOO_LONG * now || t > log.left() {
             return false;
@@ -489,7 +443,7 @@ impl FullCollisions {
             return Some(LoopExit::Tie);
         }
         let before = state.gaps.u;
-        let jump = state.hit(contact);
+        let jump = state.impact(contact);
         log.hits += 1;
         log.struck[contact] = true;
         self.count();
@@ -623,7 +577,7 @@ mod tests {
             let before = state([0.0, 1.0, theta], v);
             prop_assume!(before.gaps.u[i] < 0.0);
             let (mut after, rho2, q) = (before, 0.25 * 0.25, before.q());
-            after.hit(i);
+            after.impact(i);
             let [old, new] = [before, after].map(|s| s.center.v.push(s.spin.omega));
             let lost = 0.51 * before.gaps.u[i].powi(2) / (2.0 + 2.0 * before.b[i].powi(2) / rho2);
             prop_assert_eq!(new.x, old.x);

@@ -271,7 +271,7 @@ mod tests {
             state.fly(next.dt, &Turn::by(omega * next.dt));
             prop_assert!(state.gaps.h[1].abs() < 1e-15);
             state.gaps.h[1] = 0.0;
-            state.hit(1);
+            state.impact(1);
             let fast = FullLoopState::of(&state, Clock::default().after(next.dt));
             let numbers = |fast: FullLoopState| {
                 let FullLoopState { h, u, b, c, r, v, theta, omega, hi, lo } = fast;
