@@ -7,6 +7,7 @@ use crate::math::clock::Clock;
 use crate::modes::Mode;
 use crate::options::Options;
 use crate::tolerance::CHANGED_SPEED;
+use crate::zeno::{Gaps, Impulses};
 
 /// One simulated collision.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -20,6 +21,16 @@ pub(crate) struct Collision {
     pub(crate) jump: f64,
     /// Gap of the contact that is not hit, in m.
     pub(crate) other_gap: f64,
+}
+
+impl Collision {
+    /// The own-rate jumps, and the gaps and rates after it.
+    pub(crate) fn effects(&self) -> (Impulses, Gaps) {
+        let (i, mut own) = (self.contact, Impulses::default());
+        let mut gaps = Gaps { u: self.after, ..Gaps::default() };
+        (own.jump[i], gaps.h[1 - i]) = (self.jump, self.other_gap);
+        (own, gaps)
+    }
 }
 
 /// Rotation right after a collision of the full model.

@@ -181,6 +181,11 @@ impl Coordinates {
         Self(components.into_iter().collect())
     }
 
+    /// Three components.
+    pub(crate) fn of_three(components: [f64; 3]) -> Self {
+        Self(SmallVec::from_slice(&components))
+    }
+
     pub(crate) fn iter(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
         self.0.iter().copied()
     }

@@ -6,28 +6,27 @@
 
 use crate::body::contact::{ContactValues, PerContact};
 use crate::math::clock::Clock;
-use crate::motion::any::AnyContacts;
-use crate::motion::driver::{Coordinates, Driver};
-use crate::outcome::Outcome;
+use crate::motion::ground::OnGround;
+
 use crate::sustained::ContactState;
 
-impl Driver<'_, AnyContacts> {
+impl OnGround<'_, '_> {
     /// The points that are hit: these, and all that arrive with them, whose gaps are set to zero. A contact that approaches because of an
     /// impact at this instant arrives later.
     pub(super) fn arriving(&mut self, coming: &[usize]) -> ContactValues<usize> {
-        if self.body.sequence.goes_on(self.log.clock) {
+        if self.sequence.goes_on(self.log.clock) {
             return ContactValues::from_slice(coming);
         }
         self.arriving_before(coming, self.log.clock)
     }
 
     /// As `arriving`, with all contacts that arrive up to the time `end`, which is a few ulp of the clock later.
-    fn arriving_before(&mut self, coming: &[usize], end: Clock) -> ContactValues<usize> {
+    pub(super) fn arriving_before(&mut self, coming: &[usize], end: Clock) -> ContactValues<usize> {
         let firsts: PerContact<ContactState> =
-            coming.iter().map(|&i| self.body.state.points[i]).collect();
+            coming.iter().map(|&i| self.state.points[i]).collect();
         self.meet_together();
-        (0..self.body.contacts).for_each(|i| self.choose_by_velocity(i));
-        let (clock, options) = (self.log.clock, self.options);
+        (0..self.ground.contacts).for_each(|i| self.choose_by_velocity(i));
+        let (clock, options) = (self.log.clock, *self.options);
         // Times are compared as they are recorded.
         let is_due = |gap: f64, rate: f64| {
             gap >= 0.0
@@ -35,18 +34,18 @@ impl Driver<'_, AnyContacts> {
                 && options.clock(clock.after(-gap / rate)) <= options.clock(end)
         };
         let later = end != clock;
-        for j in 0..self.body.state.points.len() {
+        for j in 0..self.state.points.len() {
             let held_off = self.is_between(j);
-            let p = &mut self.body.state.points[j];
+            let p = &mut self.state.points[j];
             let together = firsts.iter().any(|first| p.lands_with(first));
             if p.h > 0.0 && !held_off && (together || later && is_due(p.h, p.u)) {
                 p.h = 0.0;
             }
-            let p = self.body.state.points[j];
-            if p.h == 0.0 && p.u < 0.0 || self.body.state.second(j).is_some() {
+            let p = self.state.points[j];
+            if p.h == 0.0 && p.u < 0.0 || self.state.second(j).is_some() {
                 continue;
             }
-            let (body, posture) = (&self.body.state, &self.body.posture);
+            let (body, posture) = (&self.state, &self.ground.posture);
             let error = body.position_error(j, posture);
             // Up to a later time, what has not been reached is compared by its time.
             let reached = if later { 0.0 } else { error };
@@ -55,14 +54,14 @@ impl Driver<'_, AnyContacts> {
                 rate < 0.0 && gap >= -error && now
             };
             if let Some(side) = body.end_reached(j, comes) {
-                let distance = std::mem::take(&mut self.body.state.points[j].place.sides[side]);
+                let distance = std::mem::take(&mut self.state.points[j].place.sides[side]);
                 if self.rises(j, side) {
                     self.cross(j, side);
                 } else {
-                    self.body.state.points[j].place.sides[side] = distance;
+                    self.state.points[j].place.sides[side] = distance;
                 }
             } else if let Some(piece) = body.struck(j, posture, comes) {
-                self.body.state.put_on(j, &self.body.posture, piece);
+                self.state.put_on(j, &self.ground.posture, piece);
             }
         }
         self.land_between();
@@ -70,50 +69,30 @@ impl Driver<'_, AnyContacts> {
         self.approaching()
     }
 
-    /// The impacts whose recorded time is `end` (s since the start), which the run has reached. The difference of the time of a kick and
-    /// the time of the start is rounded. Impacts that are recorded later by one rounding error therefore count too.
-    pub(super) fn impacts_at(&mut self, end: f64) -> Option<Outcome> {
-        let mut coming = self.arriving_before(&[], Clock { hi: end, lo: f64::EPSILON * end });
-        while !coming.is_empty() {
-            if !self.log.step() {
-                return Some(Outcome::EventLimit);
-            }
-            // The largest speed so far, with which the speeds after an impact are compared.
-            if AnyContacts::has_left(self) {
-                return Some(Outcome::Escape);
-            }
-            if let Some(outcome) = self.impact(&coming) {
-                return Some(outcome);
-            }
-            coming = self.approaching();
-        }
-        None
-    }
-
     /// Points that approach the ground they are on.
     fn approaching(&self) -> ContactValues<usize> {
-        let points = &self.body.state.points;
+        let points = &self.state.points;
         (0..points.len()).filter(|&i| points[i].h == 0.0 && points[i].u < 0.0).collect()
     }
 
     /// Contact `i` crosses an end, and with it all closed contacts that come to an end of their pieces at this instant.
     pub(super) fn leave_together(&mut self, i: usize, side: usize) {
         let contact = |p: &ContactState| p.place.contact;
-        let first = contact(&self.body.state.points[i]);
-        let contacts = self.body.state.points.iter().take(self.body.contacts).map(contact);
+        let first = contact(&self.state.points[i]);
+        let contacts = self.state.points.iter().take(self.ground.contacts).map(contact);
         let others: ContactValues<usize> = contacts.filter(|&other| other != first).collect();
         self.cross(i, side);
         for other in others {
             // The end of a side removes its point.
-            let points = &self.body.state.points;
+            let points = &self.state.points;
             let Some(j) = points.iter().position(|p| contact(p) == other) else { continue };
-            if points[j].h > 0.0 || self.body.state.second(j).is_some() {
+            if points[j].h > 0.0 || self.state.second(j).is_some() {
                 continue;
             }
-            let body = &self.body.state;
-            let error = body.position_error(j, &self.body.posture);
+            let body = &self.state;
+            let error = body.position_error(j, &self.ground.posture);
             if let Some(side) = body.end_reached(j, |gap, rate| gap <= error && rate < 0.0) {
-                self.body.state.points[j].place.sides[side] = 0.0;
+                self.state.points[j].place.sides[side] = 0.0;
                 self.cross(j, side);
             }
         }

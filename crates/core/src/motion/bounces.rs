@@ -32,19 +32,22 @@ use std::sync::LazyLock;
 
 use nalgebra::{Const, LU, SMatrix, SVector, Vector2};
 
+use crate::body::contact::ContactLetters;
 use crate::body::posture::Posture;
 use crate::collisions::full::FullState;
-use crate::collisions::local::LoopExit;
 use crate::flight::{GapArc, parabola_touchdown};
 use crate::impact::friction::{self, Material, Matrix};
 use crate::math::collocation::{changes as changes_of_powers, doubt, places, powers};
+use crate::math::mass_vector::MassVector;
 use crate::math::turn::Turn;
-use crate::motion::any::AnyContacts;
+use crate::modes::Mode;
 use crate::motion::driver::Driver;
+use crate::motion::moving::Moving;
 use crate::motion::record::Tail;
 use crate::options::Impact;
 use crate::outcome::{Outcome, ZenoMethod};
 use crate::sustained::edges::EdgeWatch;
+use crate::sustained::frozen::Frozen;
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{BOUNCE_CHANGE, BOUNCE_SUM, NEXT_TERM, REMAINDER_FACTOR, STILL};
 
@@ -427,13 +430,13 @@ impl Bounces {
 /// The end of a sum of bounces.
 #[derive(Debug, Clone)]
 pub(super) struct Settled {
-    pub(super) body: BodyState,
+    pub(super) state: Moving,
     /// Time until then, and the estimate of its error, in s.
     pub(super) duration: f64,
     pub(super) error: f64,
 }
 
-impl<C> Driver<'_, C> {
+impl Driver<'_> {
     /// All bounces of point `i` that follow an impact with this impulse (tangential, normal) per unit mass, if their limit is known and
     /// nothing else happens before it.
     pub(super) fn limit_of_bounces(
@@ -491,55 +494,49 @@ impl<C> Driver<'_, C> {
         if !bouncing.is_alone(&sum, posture, &self.edges) {
             return Err(Retry::Later);
         }
-        Ok(Settled { body: end, duration, error: sum.error })
+        Ok(Settled { state: Moving::Turning(Box::new(end)), duration, error: sum.error })
     }
 }
 
-impl Driver<'_, AnyContacts> {
-    /// Point `i` alone has been hit by this impulse (tangential, normal) per unit mass. If all its further bounces are known, moves to their
-    /// limit, where it rests; an outcome: the run ends there.
+impl Driver<'_> {
+    /// Point `i` alone has been hit by this impulse (tangential, normal), per unit mass of a body. If all its further bounces are known, moves to
+    /// their limit, where it rests; an outcome: the run ends there.
     pub(super) fn bounced(&mut self, i: usize, impulse: [f64; 2]) -> Option<Option<Outcome>> {
-        let state = &self.body.state;
-        let speed = state.center.v.norm() + self.body.posture.size() * state.spin.omega.abs();
-        let bounces = &mut self.body.bounces;
-        let due = bounces.follow(i, self.log.hits, FIRST_ATTEMPT);
-        bounces.fastest = bounces.fastest.max(speed);
+        let due = self.bounces.follow(i, self.log.hits, FIRST_ATTEMPT);
+        self.bounces.fastest = self.bounces.fastest.max(self.speed());
         if !due {
             return None;
         }
-        let fastest = bounces.fastest;
-        let material = self.material(i);
-        match self.limit_of_bounces(&self.body.state, i, impulse, material, fastest) {
-            Ok(end) => {
-                self.body.bounces = Bounces::default();
-                Some(self.settle_at(i, end))
+        let (material, fastest) = (self.state.material(i), self.bounces.fastest);
+        let found = match &self.state {
+            Moving::Turning(body) => self.limit_of_bounces(body, i, impulse, material, fastest),
+            Moving::Frozen(rows) => {
+                Ok(self.limit_over_rows(rows, i, impulse, material)?) // an attempt costs little
             }
+        };
+        match found {
+            Ok(end) => Some(self.settle_at(i, end)),
             Err(retry) => {
-                self.body.bounces.wait(retry, material.restitution);
+                self.bounces.wait(retry, material.restitution);
                 None
             }
         }
     }
-}
 
-impl Driver<'_, AnyContacts> {
-    /// As [`Driver::bounced`], after an impact at contact `i` in the fast loop.
-    pub(super) fn settles(&mut self, state: &FullState, i: usize) -> Option<LoopExit> {
-        if !self.body.bounces.follow(i, self.log.hits, MANY_BOUNCES) {
+    /// The limit of further bounces after an impact at contact `i` in the fast loop of a body, if an attempt is due.
+    pub(super) fn settles(&mut self, state: &FullState, i: usize) -> Option<Settled> {
+        if !self.bounces.follow(i, self.log.hits, MANY_BOUNCES) {
             return None;
         }
-        self.body.state.follow(state);
-        let (body, size) = (&self.body.state, self.body.posture.size());
-        let fastest = body.center.v.norm() + size * body.spin.omega.abs();
+        let mut body = self.state.turning()?.clone();
+        body.follow(state);
+        let fastest = body.center.v.norm() + self.place * body.spin.omega.abs();
         let restitution = state.body.contacts[i].restitution;
         let material = Material { friction: 0.0, restitution, tangential_restitution: 0.0 };
-        match self.limit_of_bounces(body, i, [0.0, 1.0], material, fastest) {
-            Ok(end) => {
-                (self.body.settled, self.body.bounces) = (Some(Box::new(end)), Bounces::default());
-                Some(LoopExit::Settled { contact: i })
-            }
+        match self.limit_of_bounces(&body, i, [0.0, 1.0], material, fastest) {
+            Ok(end) => Some(end),
             Err(retry) => {
-                self.body.bounces.wait(retry, restitution);
+                self.bounces.wait(retry, restitution);
                 None
             }
         }
@@ -547,9 +544,92 @@ impl Driver<'_, AnyContacts> {
 
     /// Moves to this limit.
     pub(super) fn settle_at(&mut self, i: usize, end: Settled) -> Option<Outcome> {
+        self.bounces = Bounces::default();
         self.begin_sum(Tail::Collisions);
-        self.log.clock = self.log.clock.after(end.duration);
-        self.body.state = end.body;
+        (self.state, self.log.clock) = (end.state, self.log.clock.after(end.duration));
         self.settle(&[i], Some(ZenoMethod::Bounce), false, end.error, 0.0)
+    }
+
+    /// The limit of all further bounces of contact `i` over constant rows, in flight at the speed u after an impact with this impulse, while all
+    /// others are in the air. Each bounce multiplies u by r. With π the impulse per unit landing speed,
+    ///
+    /// ```text
+    /// T = 2u/(g(1 − r)),   J = π u/(1 − r),   ẏ_∞ = ẏ + pull T + J
+    /// ```
+    ///
+    /// and the impulses, in proportion to the time that is left, act as a constant force J/T with a correction that the gap of the contact shows.
+    fn limit_over_rows(
+        &self,
+        state: &Frozen,
+        i: usize,
+        impulse: [f64; 2],
+        mut material: Material,
+    ) -> Option<Settled> {
+        let (space, law) = (state.space(), self.options.impact);
+        if law == Impact::Newton {
+            material.friction = 0.0;
+        }
+        let (g, u) = (space.gravity(i), state.points[i].u);
+        let alone = state.points.iter().enumerate().all(|(j, p)| j == i || p.h > 0.0);
+        if !(alone && g > 0.0 && u > 0.0) {
+            return None;
+        }
+        let (slip, pulled) = (state.slip(i), space.b()[2 * i]);
+        let still = slip.abs() <= STILL * self.fastest;
+        let sticks = impulse[0].abs() < (1.0 - STILL) * material.friction * impulse[1];
+        if sticks && !(still && material.tangential_restitution == 0.0) {
+            return None;
+        }
+        // The next impact: a contact that sticks lands with the sliding speed of one flight.
+        let next = if sticks { 2.0 * pulled * u / g } else { slip + 2.0 * pulled * u / g };
+        let w = state.impact_matrix(i);
+        let [p_t, p_n] = friction::impulse(law, &w, [next, -u], &material)?;
+        let returned = w.nt * p_t + w.nn * p_n - u;
+        let r = returned / u;
+        let sticks_again = p_t.abs() < (1.0 - STILL) * material.friction * p_n;
+        let slides_on = !sticks && !sticks_again && p_t * impulse[0] >= 0.0;
+        if !(r > 0.0 && r < 1.0) || !(sticks && sticks_again || slides_on) {
+            return None;
+        }
+        if !sticks && material.friction > 0.0 && matches!(law, Impact::ChatterjeeRuina) {
+            return None; // the impulse of a slide is not in proportion to the landing speed alone
+        }
+        let t = 2.0 * u / (g * (1.0 - r));
+        if !(t <= self.log.left()) {
+            return None;
+        }
+        let push = space.normal_row(i).scaled(p_n).plus(space.tangent(i), p_t);
+        let total = push.scaled(1.0 / (1.0 - r));
+        let mut end = state.flown(t);
+        // Σ_k π u rᵏ (T − t_k) with T − t_k = T r^(k + 1): the way of these impulses.
+        let way = push.scaled(t * r / (1.0 - r * r));
+        end.v.add_scaled(&total, 1.0);
+        end.y.add_scaled(&way, 1.0);
+        // No other contact lands before: its gap falls by less than this.
+        for (j, p) in end.points.iter_mut().enumerate() {
+            let (was, row) = (state.points[j], space.normal_row(j));
+            let (thrown, moved) = (row.dot(&total), row.dot(&way));
+            (p.h, p.u) = (was.h + t * (was.u - 0.5 * space.gravity(j) * t) + moved, p.u + thrown);
+            let most = t * (was.u.abs() + t * space.gravity(j).abs() + thrown.abs());
+            if j != i && was.h <= REMAINDER_FACTOR * most {
+                return None;
+            }
+        }
+        // At the limit the contact rests on its ground, or does not slide either; what is left of these speeds is rounding error.
+        let mode = |j: usize| match j == i {
+            true if sticks => Mode::Fixed,
+            true => Mode::Right,
+            false => Mode::Separate,
+        };
+        let word: ContactLetters<Mode> = (0..state.points.len()).map(mode).collect();
+        end.hold(&word);
+        if !sticks && material.friction > 0.0 {
+            let way = -impulse[0].signum();
+            let turns = |slip: f64| slip * way < -STILL * self.fastest;
+            if turns(slip) || turns(end.slip(i)) {
+                return None;
+            }
+        }
+        Some(Settled { state: Moving::Frozen(Box::new(end)), duration: t, error: 0.0 })
     }
 }

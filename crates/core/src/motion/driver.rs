@@ -8,30 +8,36 @@
 //!                              └──► all held: at rest, or sliding without end
 //! ```
 //!
-//! The loop is generic over the [`Coordinates`]: of a body that turns, or constant rows. One contact, or two at different points, each on its
-//! own line without ends, whose impacts have no friction, have fast loops over their collisions and sums in closed form, see
-//! [`plain`](super::plain).
+//! The [`Moving`] is that of a body that turns, or of contacts with constant rows. One contact, or two at different points, each on its own line
+//! without ends, whose impacts have no friction, have fast loops over their collisions and sums in closed form, see [`plain`](super::plain).
 
 use std::collections::BTreeSet;
 
-use nalgebra::Vector3;
-
-use crate::body::contact::ContactValues;
+use crate::body::contact::{ContactLetters, ContactValues, PerContact};
 use crate::body::posture::Posture;
-use crate::collisions::log::{Log, names};
+use crate::collisions::log::{LastImpacts, Log, names};
 use crate::flight::LOST_PHASE;
+use crate::impact::friction::NO_FRICTION;
 use crate::math::clock::Clock;
+use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::modes::{Jamming, Mode};
+use crate::motion::bounces::Bounces;
+use crate::motion::ground::Ground;
 use crate::motion::ground_watch::GroundWatch;
-use crate::motion::nested::{Lap, Limit, NestedSequence};
-use crate::motion::record::{Moment, Motion, Record, Span, ZenoRecord};
+use crate::motion::moving::Moving;
+use crate::motion::nested::{Lap, NestedSequence};
+use crate::motion::plain::{is_plain, next_landing};
+use crate::motion::record::{Moment, Motion, Record, Span, Tail};
+use crate::motion::slow::{InstantImpacts, SlowContacts, chatter_warning};
 use crate::motion::subject::Subject;
-use crate::options::{Edges, Options, Stop};
+use crate::options::{Edges, Impact, Jams, Options};
 use crate::outcome::{Cause, ContactNumber, ContactSet, End, FirstZeno, Outcome};
-use crate::sustained::BodyState;
-use crate::sustained::edges::{EdgeWatch, Entry};
+use crate::sustained::edges::EdgeWatch;
+use crate::sustained::frozen::Frozen;
 use crate::sustained::phase::{ContactPhase, PhaseEnd};
-use crate::tolerance::SLOWEST_KNOWN;
+use crate::sustained::rows_phase::RowsPhase;
+use crate::sustained::{BodyState, still_speed};
+use crate::tolerance::{DEPARTED, DEPARTS_AFTER, SLOWEST_KNOWN, TOUCH};
 
 /// The warning of a run in which nothing is hit because the body falls off its ground.
 const FACES_DOWN: &str = "no contact is hit, because the ground of all contacts faces down; the ground lies on the right-hand side of a \
@@ -43,21 +49,36 @@ const TO_AND_FRO: usize = 16;
 /// Most contact phases in a row for which the errors of sums count.
 const MOST_VAGUE: usize = 256;
 
-pub(crate) struct Driver<'a, C> {
+pub(crate) struct Driver<'a> {
     pub(crate) record: Box<Record>,
     pub(super) options: Options,
     pub(super) log: Log<'a>,
-    /// The state of the body, in the coordinates in which it is computed.
-    pub(super) body: C,
+    pub(super) state: Moving,
+    /// The ground of a body that turns.
+    pub(super) ground: Option<Ground>,
     /// Whether the geometry is that of the nominal posture in the whole run.
     pub(super) local: bool,
+    /// Whether impacts have the fast loops and the closed sums of [`plain`](super::plain).
+    pub(super) plain: bool,
+    /// Size of the displacements at the start, in m; for a body, its size.
+    pub(super) place: f64,
+    /// The largest speed so far, in m/s.
+    pub(super) fastest: f64,
     /// Points that rest or slide, and whose Zeno point has been recorded.
     pub(super) resting: ContactValues<bool>,
     /// The last event; `None`: it changes no mode.
     pub(super) cause: Option<Cause>,
     /// Whether no event has occurred yet.
     pub(super) fresh: bool,
-    pub(super) nested: NestedSequence<Vector3<f64>>,
+    pub(super) sequence: InstantImpacts,
+    pub(super) bounces: Bounces,
+    pub(super) cycles: NestedSequence,
+    pub(super) slow: SlowContacts,
+    /// Contacts that were set to rest because they chattered, and the speed below which they did, in m/s.
+    pub(super) stopped_chatter: (BTreeSet<usize>, f64),
+    /// Whether the warning that friction does not act in impacts has been given.
+    pub(super) friction_warned: bool,
+    pub(super) last: LastImpacts,
     pub(super) watch: GroundWatch,
     pub(super) edges: EdgeWatch,
     /// The last instant at which a sliding contact left its piece of ground, and how often it has at this instant.
@@ -82,106 +103,72 @@ impl From<Option<Outcome>> for DriverStep {
     }
 }
 
-/// The coordinates of a body, and what the loop needs of them.
-pub(crate) trait Coordinates: Sized {
-    /// Writes the first span, also if the run ends at once. Returns an outcome if the run ends here.
-    fn begin(driver: &mut Driver<'_, Self>) -> Option<Outcome>;
-
-    /// Number of points: one per contact, and a second one while it is in a vertex.
-    fn count(&self) -> usize;
-
-    /// Gap (m) and rate (m/s) of a point.
-    fn point(&self, i: usize) -> (f64, f64);
-
-    /// Whether the body has left the neighbourhood of the run.
-    fn has_left(driver: &mut Driver<'_, Self>) -> bool;
-
-    /// The current state, in the form of the results.
-    fn moment(driver: &Driver<'_, Self>) -> Moment;
-
-    /// Checks the ground that the contacts are on.
-    fn watch_ground(driver: &mut Driver<'_, Self>);
-
-    /// Rough bound of all speeds so far, in m/s.
-    fn largest_speed(driver: &Driver<'_, Self>) -> f64;
-
-    /// Sliding speed that counts as zero, in m/s.
-    fn sliding_tolerance(driver: &Driver<'_, Self>) -> f64;
-
-    /// The impact of these points, at zero gap.
-    fn impact(driver: &mut Driver<'_, Self>, coming: &[usize]) -> Option<Outcome>;
-
-    /// Flight up to the next event that is not a plain collision.
-    fn fly(driver: &mut Driver<'_, Self>) -> Option<Outcome>;
-
-    /// Continues from these points with zero gap and rate. `fresh`: at the start of the run.
-    fn rest(driver: &mut Driver<'_, Self>, rests: ContactValues<bool>, fresh: bool) -> DriverStep;
-
-    /// What the impacts before the event limit have in common, in words.
-    fn last_impacts(driver: &Driver<'_, Self>) -> String;
-
-    /// Adds the warnings at the end of the run.
-    fn last_warnings(driver: &mut Driver<'_, Self>);
-}
-
-/// The coordinates of a rigid body, and what its contact phases need of them.
-pub(crate) trait Planar: Coordinates {
-    /// The body for a contact phase of these points; an outcome: the run ends here.
-    fn enter_contact(driver: &mut Driver<'_, Self>, rests: &[bool]) -> Result<BodyState, Outcome>;
-
-    /// Records which of these points, closed in this state of the body, have just come to rest.
-    fn come_to_rest(
-        driver: &mut Driver<'_, Self>,
-        body: &BodyState,
-        rests: &[bool],
-        fresh: bool,
-    ) -> Option<Outcome>;
-
-    /// Takes over the body after a contact phase.
-    fn leave_contact(driver: &mut Driver<'_, Self>, body: BodyState);
-
-    /// The outcome after a contact phase with this outcome; `None`: the run continues.
-    fn end_contact(_: &mut Driver<'_, Self>, outcome: Outcome) -> Option<Outcome> {
-        Some(outcome)
-    }
-
-    /// A corner of the ground meets a side of the body.
-    fn meet_corner(_: &mut Driver<'_, Self>, _: Entry) {}
-
-    /// A point has come to the left (0) or right (1) end of the piece of terrain under it.
-    fn cross_end(_: &mut Driver<'_, Self>, _point: usize, _side: usize) {}
-
-    /// Point `b` lands while another point is held: the step after this landing, if it is so slow that the body comes to rest.
-    fn stop_slowly(_: &mut Driver<'_, Self>, _b: usize, _body: &BodyState) -> Option<DriverStep> {
-        None
-    }
-
-    /// Moves to the limit of infinitely many cycles.
-    fn sum_cycles(driver: &mut Driver<'_, Self>, limit: Limit) -> Option<Outcome>;
-}
-
-impl<'a, C: Coordinates> Driver<'a, C> {
-    pub(super) fn with(
-        body: C,
+impl<'a> Driver<'a> {
+    /// A run of a body that turns.
+    pub(crate) fn of_body(
+        posture: &Posture,
+        state: BodyState,
         subject: Subject,
-        local: bool,
         options: &Options,
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
-        let points = body.count();
+        let plain = !state.frozen && is_plain(posture, options);
+        let ground = Ground::new(posture, &state, plain);
+        let mut run =
+            Self::new(Moving::Turning(Box::new(state)), subject, options, warnings, cancel);
+        (run.ground, run.plain, run.place) = (Some(ground), plain, posture.size());
+        run
+    }
+
+    /// A run with constant rows. `place`: size of the displacements at the start, in m.
+    pub(crate) fn of_rows(
+        state: Frozen,
+        place: f64,
+        subject: Subject,
+        options: &Options,
+        warnings: Vec<String>,
+        cancel: &'a dyn Fn() -> bool,
+    ) -> Self {
+        let frictionless = options.impact == Impact::Newton && options.jams == Jams::None
+            || state.rows.friction.iter().all(|mu| *mu == 0.0);
+        let (plain, fastest) = (frictionless && state.rows.gaps.is_some(), state.speed());
+        let mut run =
+            Self::new(Moving::Frozen(Box::new(state)), subject, options, warnings, cancel);
+        (run.plain, run.place, run.fastest) = (plain, place, fastest);
+        run
+    }
+
+    fn new(
+        state: Moving,
+        subject: Subject,
+        options: &Options,
+        warnings: Vec<String>,
+        cancel: &'a dyn Fn() -> bool,
+    ) -> Self {
+        let local = state.turning().is_none_or(|body| body.frozen);
         Self {
-            log: Log::new(options, points, cancel),
-            resting: ContactValues::from_elem(false, points),
+            log: Log::new(options, state.count(), cancel),
+            resting: ContactValues::from_elem(false, state.count()),
             cause: Some(Cause::Start),
             fresh: true,
-            nested: NestedSequence::default(),
+            sequence: InstantImpacts::none(state.velocity().len()),
+            bounces: Bounces::default(),
+            cycles: NestedSequence::default(),
+            slow: SlowContacts::default(),
+            stopped_chatter: (BTreeSet::new(), 0.0),
+            friction_warned: false,
+            last: LastImpacts::default(),
             watch: GroundWatch::new(subject.posture(), options.edges == Edges::Contact && !local),
             edges: EdgeWatch::new(subject.posture(), options, local),
             record: Box::new(Record::new(subject, warnings)),
             options: *options,
-            body,
+            state,
+            ground: None,
             local,
+            plain: false,
+            place: 0.0,
+            fastest: 0.0,
             crossings: (Clock::default(), 0),
             vague: 0,
             lap: None,
@@ -190,15 +177,14 @@ impl<'a, C: Coordinates> Driver<'a, C> {
 
     /// Runs from the start to the outcome; `None` if cancelled.
     pub(crate) fn run(&mut self) -> Option<()> {
-        match C::begin(self) {
-            Some(outcome) => self.close(outcome),
-            None => self.run_on(),
-        }
+        self.begin();
+        self.run_on()
     }
 
     /// The end of an unrecorded run; `None` if cancelled.
     pub(crate) fn end(&mut self) -> Option<End> {
-        let outcome = C::begin(self).unwrap_or_else(|| self.motion());
+        self.begin();
+        let outcome = self.motion();
         self.finish(outcome)
     }
 
@@ -259,10 +245,10 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         }
         let mut end = match self.record.zeno.last() {
             Some(zeno) if outcome == Outcome::Zeno => zeno.at.clone(),
-            _ => C::moment(self),
+            _ => self.moment(),
         };
         self.watch_moment(&end);
-        C::last_warnings(self);
+        self.last_warnings();
         let faces_down = |posture: &Posture| posture.geometry().iter().all(|k| k.normal.y < 0.0);
         if matches!(outcome, Outcome::Escape | Outcome::TimeLimit)
             && self.log.hits == 0
@@ -301,7 +287,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         } else if outcome == Outcome::EventLimit
             && let Some(limit) = self.log.limit()
         {
-            self.record.warnings.push(format!("{limit}: {}", C::last_impacts(self)));
+            self.record.warnings.push(format!("{limit}: {}", self.last_impacts()));
         }
         if outcome == Outcome::Rest {
             end.state.qdot.fill(0.0);
@@ -322,7 +308,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         loop {
             let end = match self.piece() {
                 DriverStep::Piece => None,
-                DriverStep::Flight => C::fly(self),
+                DriverStep::Flight => self.fly(),
                 DriverStep::End(outcome) => Some(outcome),
             };
             if let Some(outcome) = end {
@@ -336,13 +322,13 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         if !self.log.step() {
             return DriverStep::End(Outcome::EventLimit);
         }
-        if C::has_left(self) {
+        if self.has_left() {
             return DriverStep::End(Outcome::Escape);
         }
         let fresh = std::mem::take(&mut self.fresh);
         let (mut touches, mut rests, mut coming) = (false, false, ContactValues::<usize>::new());
-        for i in 0..self.body.count() {
-            let (h, u) = self.body.point(i);
+        for i in 0..self.state.count() {
+            let (h, u) = self.state.point(i);
             touches |= h == 0.0;
             rests |= (h, u) == (0.0, 0.0);
             if h == 0.0 && u < 0.0 {
@@ -350,16 +336,209 @@ impl<'a, C: Coordinates> Driver<'a, C> {
             }
         }
         if touches {
-            C::watch_ground(self);
+            self.watch_ground();
         }
         if !coming.is_empty() {
-            return C::impact(self, &coming).into();
+            return self.impact(&coming).into();
         }
         if !rests {
             return DriverStep::Flight;
         }
-        let rests = (0..self.body.count()).map(|i| self.body.point(i) == (0.0, 0.0)).collect();
-        C::rest(self, rests, fresh)
+        let rests = (0..self.state.count()).map(|i| self.state.point(i) == (0.0, 0.0)).collect();
+        self.rest(rests, fresh)
+    }
+
+    /// Writes the first span, also if the run ends at once.
+    pub(super) fn begin(&mut self) {
+        if !self.plain
+            && let Some(mut ground) = self.on_ground()
+        {
+            ground.begin();
+        }
+        self.write_flight();
+    }
+
+    /// Whether the motion has left the neighbourhood of the run; if not, the largest speed follows.
+    pub(super) fn has_left(&mut self) -> bool {
+        let (near, late) = (self.options.neighbourhood, self.log.clock.hi > DEPARTS_AFTER);
+        let limit = near.min(DEPARTED);
+        // Constant rows without a neighbourhood take longer to leave it than the age of the universe.
+        let left = match &self.state {
+            Moving::Turning(body) => body.center.r.norm() > limit,
+            Moving::Frozen(rows) if near < f64::INFINITY || late => {
+                match self.record.subject.posture() {
+                    Some(_) => self.record.subject.state(rows).q.xy().norm() > limit,
+                    None => rows.reach_of_contacts() > limit,
+                }
+            }
+            Moving::Frozen(_) => false,
+        };
+        if !left {
+            self.fastest = self.fastest.max(self.speed());
+        }
+        left
+    }
+
+    /// Bound of the speeds of the contacts, in m/s.
+    pub(super) fn speed(&self) -> f64 {
+        match &self.state {
+            Moving::Turning(body) => body.center.v.norm() + self.place * body.spin.omega.abs(),
+            Moving::Frozen(rows) => rows.speed(),
+        }
+    }
+
+    /// Sliding speed that counts as zero, in m/s.
+    pub(super) fn sliding_tolerance(&self) -> f64 {
+        still_speed(self.fastest, self.state.gravity(), self.log.clock)
+    }
+
+    /// Size of the displacements so far, in m.
+    pub(super) fn place(&self) -> f64 {
+        match &self.state {
+            Moving::Turning(_) => self.place,
+            Moving::Frozen(rows) => {
+                let pull = rows.space().largest_pull();
+                self.place + if pull > 0.0 { self.fastest * self.fastest / pull } else { 0.0 }
+            }
+        }
+    }
+
+    /// The current state, in the form of the results.
+    pub(super) fn moment(&self) -> Moment {
+        let (clock, subject) = (self.log.clock, &self.record.subject);
+        match (&self.state, subject.posture()) {
+            (Moving::Turning(body), Some(posture)) => {
+                let (gaps, rates) = body.gaps_and_rates(posture);
+                let closed = |contact: usize| {
+                    body.points.iter().any(|p| p.place.contact == contact && p.h == 0.0)
+                };
+                let sides = body.sides.iter().map(|side| side.contact).filter(|k| closed(*k));
+                let (state, sides) = (body.state(), sides.collect());
+                Moment { clock, state, gaps, rates, sides, mechanism: None }
+            }
+            (Moving::Frozen(rows), _) => Moment {
+                clock,
+                state: subject.state(rows),
+                gaps: rows.points.iter().map(|p| p.h + 0.0).collect(),
+                rates: rows.points.iter().map(|p| p.u + 0.0).collect(),
+                sides: PerContact::new(),
+                mechanism: subject.mechanism().map(|_| rows.clone()),
+            },
+            (Moving::Turning(_), None) => Moment::of(subject),
+        }
+    }
+
+    /// Checks the ground that the contacts are on.
+    pub(super) fn watch_ground(&mut self) {
+        if self.watch.is_on() {
+            let now = self.moment();
+            self.watch_moment(&now);
+        }
+    }
+
+    /// Flight up to the next event that is not a plain collision.
+    fn fly(&mut self) -> Option<Outcome> {
+        if let Some(end) = self.fly_plainly() {
+            return end;
+        }
+        if let Some(mut ground) = self.on_ground() {
+            return ground.next_event();
+        }
+        self.resting.fill(false);
+        self.note_flight();
+        self.next_touchdown()
+    }
+
+    /// Continues from these points with zero gap and rate. `fresh`: at the start of the run.
+    fn rest(&mut self, mut rests: ContactValues<bool>, fresh: bool) -> DriverStep {
+        if !self.plain
+            && let Some(mut ground) = self.on_ground()
+            && ground.rest(fresh)
+        {
+            rests = self.state.points().map(|point| point == (0.0, 0.0)).collect();
+        }
+        self.contact_phase(rests, fresh)
+    }
+
+    /// What the impacts before the event limit have in common, in words.
+    fn last_impacts(&self) -> String {
+        let count = self.state.count();
+        if self.plain {
+            let gravity = [0, 1].map(|i| if i < count { self.state.pull(i) } else { 0.0 });
+            return next_landing(count, &self.state.gaps(), gravity);
+        }
+        self.last.family(&self.log)
+    }
+
+    /// Adds the warnings at the end of the run.
+    fn last_warnings(&mut self) {
+        let rubs = |(i, struck): (usize, bool)| struck && self.state.friction(i) > 0.0;
+        if self.log.struck.into_iter().take(self.state.count()).enumerate().any(rubs) {
+            self.record.warnings.push(NO_FRICTION.into());
+        }
+        let chatter = chatter_warning(&self.stopped_chatter, self.fastest);
+        self.record.warnings.extend(chatter);
+    }
+
+    pub(super) fn note_flight(&mut self) {
+        self.log.enter(&ContactLetters::from_elem(Mode::Separate, self.state.count()));
+        self.write_flight();
+    }
+
+    pub(super) fn write_flight(&mut self) {
+        if self.log.record {
+            let word = ContactLetters::from_elem(Mode::Separate, self.state.count());
+            let acceleration = match &self.state {
+                Moving::Turning(_) => None,
+                Moving::Frozen(rows) => Some(rows.space().pull().clone()),
+            };
+            self.write_modes(word, acceleration);
+        }
+    }
+
+    /// Begins a span in these modes with this constant acceleration, if it is constant.
+    pub(super) fn write_modes(
+        &mut self,
+        word: ContactLetters<Mode>,
+        acceleration: Option<Coordinates>,
+    ) {
+        if self.log.record {
+            let start = self.state.clone();
+            self.write(Motion::Modes { start, word, acceleration });
+        }
+    }
+
+    /// Begins the record of a sum of impacts.
+    pub(super) fn begin_sum(&mut self, tail: Tail) {
+        self.log.enter(&ContactLetters::from_elem(Mode::Separate, self.state.count()));
+        if self.log.record {
+            let (start, fastest) = (self.state.clone(), self.fastest);
+            self.write(Motion::Sum { start, fastest, tail });
+        }
+    }
+
+    /// Flight of constant rows to the next touchdown.
+    fn next_touchdown(&mut self) -> Option<Outcome> {
+        let Moving::Frozen(rows) = &mut self.state else { return None };
+        let times = rows.touchdowns();
+        let first = times.iter().copied().fold(f64::INFINITY, f64::min);
+        let left = self.log.left();
+        if first > left || first == f64::INFINITY {
+            if left == f64::INFINITY {
+                return Some(Outcome::Escape);
+            }
+            **rows = rows.flown(left.max(0.0));
+            self.log.clock = self.log.clock.after(left.max(0.0));
+            return Some(Outcome::TimeLimit);
+        }
+        **rows = rows.flown(first);
+        self.log.clock = self.log.clock.after(first);
+        for (p, t) in rows.points.iter_mut().zip(&times) {
+            if *t == first {
+                (p.h, p.u) = (0.0, p.u.min(0.0));
+            }
+        }
+        None
     }
 
     /// The sliding speed that counts as zero where a contact phase begins, in m/s; `gravity`: in m/s².
@@ -369,7 +548,7 @@ impl<'a, C: Coordinates> Driver<'a, C> {
     pub(super) fn slowest_known_slide(&mut self, gravity: f64) -> f64 {
         let last = self.record.zeno.last().filter(|last| last.at.clock == self.log.clock);
         let unknown = last.map_or(0.0, |last| last.error * gravity);
-        let tolerance = C::sliding_tolerance(self);
+        let tolerance = self.sliding_tolerance();
         // A cycle of such sums has speeds of its own, such as that of a corner of the body that slides while a side comes to lie on its piece.
         self.vague = if unknown > tolerance { self.vague + 1 } else { 0 };
         let known = if self.vague > MOST_VAGUE { 1.0 } else { SLOWEST_KNOWN };
@@ -377,13 +556,8 @@ impl<'a, C: Coordinates> Driver<'a, C> {
     }
 
     /// Begins a span of the record.
-    pub(super) fn write(&mut self, motion: Motion) {
-        self.record.spans.push(Span {
-            clock: self.log.clock,
-            motion,
-            cause: self.cause,
-            first_collision: self.log.collisions.len(),
-        });
+    fn write(&mut self, motion: Motion) {
+        self.record.begin(&self.log, motion, self.cause);
     }
 
     /// Adds a warning that the run has not given yet.
@@ -401,37 +575,56 @@ impl<'a, C: Coordinates> Driver<'a, C> {
         ));
     }
 
-    /// Records a Zeno point; an outcome: the run ends with it.
-    pub(super) fn zeno_point(&mut self, zeno: ZenoRecord) -> Option<Outcome> {
-        self.record.zeno.push(zeno);
-        (self.options.stop == Stop::Zeno).then_some(Outcome::Zeno)
-    }
-}
-
-impl<C: Planar> Driver<'_, C> {
     /// A contact phase from these points at rest on.
-    pub(super) fn contact_phase(
+    fn contact_phase(&mut self, mut rests: ContactValues<bool>, fresh: bool) -> DriverStep {
+        if rests.iter().zip(&self.resting).all(|(rests, known)| *rests && *known)
+            && let Some(word) = self.stands()
+        {
+            return DriverStep::End(self.stand(word));
+        }
+        let slide = self.slowest_known_slide(self.state.gravity());
+        match &self.state {
+            Moving::Turning(body) => {
+                self.phase_of_body(BodyState::clone(body), slide, &mut rests, fresh)
+            }
+            Moving::Frozen(rows) => {
+                self.phase_of_rows(Frozen::clone(rows), slide, &mut rests, fresh)
+            }
+        }
+    }
+
+    fn phase_of_body(
         &mut self,
-        mut rests: ContactValues<bool>,
+        body: BodyState,
+        slide: f64,
+        rests: &mut [bool],
         fresh: bool,
     ) -> DriverStep {
-        let body = match C::enter_contact(self, &rests) {
-            Ok(body) => body,
-            Err(outcome) => return DriverStep::End(outcome),
-        };
         // A clone of a posture is cheap: it shares its data.
         let Some(posture) = self.record.subject.posture().cloned() else {
-            unreachable!("contact phases belong to a body");
+            return DriverStep::Flight; // a body has a posture
         };
-        let (options, tolerance) = (self.options, self.slowest_known_slide(body.gravity));
-        let mut phase = ContactPhase::new(&posture, body, tolerance, &options, self.cause);
-        phase.close(&mut rests);
-        self.nested.drop(phase.dropped);
-        if let Some(outcome) = C::come_to_rest(self, &phase.body, &rests, fresh) {
+        let options = self.options;
+        let mut phase = ContactPhase::new(&posture, body, slide, &options, self.cause);
+        phase.close(rests);
+        self.cycles.drop(phase.dropped);
+        self.state.set_body(phase.body.clone());
+        if let Some(outcome) = self.come_to_rest(rests, fresh) {
             return DriverStep::End(outcome);
         }
         phase.cause = self.cause;
-        let end = self.stretches(&mut phase, &posture);
+        let Self { log, record, cycles, watch, edges, local, .. } = self;
+        let (recorded, first_collision) = (log.record, log.collisions.len());
+        let Record { spans, warnings, .. } = &mut **record;
+        let end = phase.run(log, edges, &mut |body, word, clock, cause| {
+            cycles.hold(word, clock);
+            watch.look_at(&posture, body, *local, || options.clock(clock), warnings);
+            if recorded {
+                let start = Moving::Turning(Box::new(body.clone()));
+                let motion = Motion::Modes { start, word: word.into(), acceleration: None };
+                spans.push(Span { clock, motion, cause, first_collision });
+            }
+        });
         self.cause = phase.cause;
         self.record.warnings.append(&mut phase.warnings);
         self.record.undecided = phase.undecided.take().map(Box::new);
@@ -441,76 +634,98 @@ impl<C: Planar> Driver<'_, C> {
             let now = self.log.clock;
             self.crossings = (now, if self.crossings.0 == now { self.crossings.1 + 1 } else { 1 });
             if self.crossings.1 > TO_AND_FRO {
-                body.stop_before_end(i, side, tolerance);
+                body.stop_before_end(i, side, slide);
             }
         }
-        match end {
-            PhaseEnd::Landing(i) => {
-                C::leave_contact(self, body.clone());
-                self.round(i, body)
-            }
-            end => {
-                C::leave_contact(self, body);
-                match end {
-                    PhaseEnd::Outcome(outcome) => C::end_contact(self, outcome).into(),
-                    PhaseEnd::Corner(entry) => {
-                        C::meet_corner(self, entry);
-                        DriverStep::Piece
-                    }
-                    PhaseEnd::Free => DriverStep::Flight,
-                    PhaseEnd::Leave(i, side) => {
-                        C::cross_end(self, i, side);
-                        DriverStep::Piece
-                    }
-                    PhaseEnd::Landing(_) => DriverStep::Piece,
-                }
-            }
-        }
+        self.state.set_body(body);
+        self.end_phase(&phase.word, end)
     }
 
-    fn stretches(&mut self, phase: &mut ContactPhase<'_>, posture: &Posture) -> PhaseEnd {
-        let Self { log, record, nested, watch, edges, local, options, .. } = self;
+    fn phase_of_rows(
+        &mut self,
+        rows: Frozen,
+        slide: f64,
+        rests: &mut [bool],
+        fresh: bool,
+    ) -> DriverStep {
+        let mut phase = RowsPhase::new(rows, slide, self.fastest, self.cause);
+        phase.close(rests, TOUCH * self.place());
+        self.cycles.drop(phase.dropped);
+        self.state.set_rows(phase.state.clone());
+        if let Some(outcome) = self.come_to_rest(rests, fresh) {
+            return DriverStep::End(outcome);
+        }
+        phase.cause = self.cause;
+        let Self { log, record, cycles, .. } = self;
         let (recorded, first_collision) = (log.record, log.collisions.len());
-        let Record { spans, warnings, .. } = &mut **record;
-        let end = phase.run(log, edges, &mut |body, word, clock, cause| {
-            nested.hold(word, clock);
-            watch.look_at(posture, body, *local, || options.clock(clock), warnings);
+        let Record { spans, .. } = &mut **record;
+        let end = phase.run(log, &mut |state, word, acceleration, clock, cause| {
+            cycles.hold(word, clock);
             if recorded {
-                let motion = Motion::Modes(Box::new(body.clone()), word.into());
-                spans.push(Span { clock, motion, cause, first_collision });
+                let start = Moving::Frozen(Box::new(state.clone()));
+                let (word, acceleration) = (word.into(), Some(acceleration.clone()));
+                spans.push(Span {
+                    clock,
+                    motion: Motion::Modes { start, word, acceleration },
+                    cause,
+                    first_collision,
+                });
             }
         });
-        for (resting, mode) in self.resting.iter_mut().zip(&phase.word) {
-            *resting = *mode != Mode::Separate;
+        self.cycles.drop(phase.dropped);
+        self.cause = phase.cause;
+        self.record.warnings.append(&mut phase.warnings);
+        if let Some(ways) = phase.undecided.take() {
+            self.record.write_undecided(&phase.state, &ways);
         }
-        end
+        if let Some(acceleration) = phase.acceleration.take() {
+            self.record.acceleration = self.acceleration_of(&acceleration);
+        }
+        self.state.set_rows(phase.state);
+        self.end_phase(&phase.word, end)
     }
 
-    /// Point `b` lands while another is held: a cycle ends. If the body has only these two points, the limit of all further cycles may be
-    /// known.
-    fn round(&mut self, b: usize, body: BodyState) -> DriverStep {
-        if body.points.len() != 2 {
+    /// Continues after a contact phase that ended in this word.
+    fn end_phase(&mut self, word: &[Mode], end: PhaseEnd) -> DriverStep {
+        for (resting, mode) in self.resting.iter_mut().zip(word) {
+            *resting = *mode != Mode::Separate;
+        }
+        match end {
+            PhaseEnd::Landing(i) => self.round(i),
+            PhaseEnd::Stands => DriverStep::End(self.stand(word.into())),
+            PhaseEnd::Free => DriverStep::Flight,
+            PhaseEnd::Outcome(Outcome::Inconsistent) if self.jam() => self.stop_after_jam().into(),
+            PhaseEnd::Outcome(Outcome::Inconsistent) if self.stands_at_last() => DriverStep::Piece,
+            PhaseEnd::Outcome(outcome) => DriverStep::End(outcome),
+            PhaseEnd::Corner(entry) => {
+                if let Some(mut ground) = self.on_ground() {
+                    ground.meet(entry);
+                }
+                DriverStep::Piece
+            }
+            PhaseEnd::Leave(i, side) => {
+                if let Some(mut ground) = self.on_ground() {
+                    ground.leave_together(i, side);
+                }
+                DriverStep::Piece
+            }
+        }
+    }
+
+    /// Point `b` lands while another is held: a cycle ends. If there are only these two points, the limit of all further cycles may be known.
+    fn round(&mut self, b: usize) -> DriverStep {
+        if self.state.count() != 2 {
             return DriverStep::Piece;
         }
+        let landing = -self.state.point(b).1;
         if let Some(lap) = self.lap.as_mut().filter(|lap| lap.contact == b) {
-            lap.speed = Some(-body.points[b].u);
+            lap.speed = Some(landing);
             return DriverStep::End(Outcome::TimeLimit);
         }
-        if let Some(step) = C::stop_slowly(self, b, &body) {
-            return step;
+        if let Some(end) = self.stop_slowly(landing) {
+            return end.into();
         }
-        let size = self.record.subject.posture().map_or(0.0, Posture::size);
-        let (clock, left) = (self.log.clock, self.log.left());
-        let fastest = C::largest_speed(self);
-        let near = self.nested.land(b, &body, clock, size, fastest, left);
-        let Some(limit) = near.or_else(|| self.limit_of_laps(b, &body)) else {
-            return DriverStep::Piece;
-        };
-        let posture = self.record.subject.posture();
-        if posture.is_some_and(|posture| self.edges.is_inside(posture, &limit.end)) {
-            return DriverStep::Piece; // it has entered in one of the cycles
-        }
-        C::sum_cycles(self, limit).into()
+        self.sum_cycles(b).map_or(DriverStep::Piece, DriverStep::from)
     }
 }
 

@@ -10,8 +10,7 @@
 use nalgebra::Vector2;
 
 use crate::body::posture::Posture;
-use crate::motion::any::AnyContacts;
-use crate::motion::driver::Driver;
+use crate::motion::ground::OnGround;
 use crate::sustained::{ContactState, Rounding};
 use crate::tolerance::ON_A_LINE;
 
@@ -48,10 +47,10 @@ pub(super) fn lines_of(posture: &Posture) -> Vec<Line> {
     lines
 }
 
-impl Driver<'_, AnyContacts> {
+impl OnGround<'_, '_> {
     /// For a contact between two others over its piece of ground: the outermost ones, and the weight of the first.
     fn outer(&self, j: usize) -> Option<([usize; 2], f64)> {
-        let points = &self.body.state.points;
+        let points = &self.state.points;
         let alike = |k: usize| {
             let (one, other) = (&points[j], &points[k]);
             let is_over = |p: &ContactState| p.h < f64::INFINITY && p.depth == 0.0;
@@ -60,7 +59,7 @@ impl Driver<'_, AnyContacts> {
                 && is_over(one)
                 && is_over(other)
         };
-        self.body.lines.iter().find_map(|line| {
+        self.ground.lines.iter().find_map(|line| {
             let at = line.iter().position(|(k, _)| *k == j)?;
             let (i, from) = *line[..at].iter().find(|(k, _)| alike(*k))?;
             let (k, to) = *line[at + 1..].iter().rfind(|(k, _)| alike(*k))?;
@@ -75,26 +74,26 @@ impl Driver<'_, AnyContacts> {
 
     /// Closes the contacts between two others that are closed.
     pub(super) fn land_between(&mut self) {
-        if self.body.lines.is_empty() {
+        if self.ground.lines.is_empty() {
             return;
         }
-        for j in 0..self.body.contacts {
-            let points = &self.body.state.points;
+        for j in 0..self.ground.contacts {
+            let points = &self.state.points;
             let closed = |outer: [usize; 2]| outer.into_iter().all(|k| points[k].h == 0.0);
             if self.outer(j).is_some_and(|(outer, _)| closed(outer)) {
-                self.body.state.points[j].h = 0.0;
+                self.state.points[j].h = 0.0;
             }
         }
     }
 
     /// Sets the gaps and rates of contacts between others to the weighted means.
     pub(super) fn follow_outer(&mut self) {
-        if self.body.lines.is_empty() {
+        if self.ground.lines.is_empty() {
             return;
         }
-        for j in 0..self.body.contacts {
+        for j in 0..self.ground.contacts {
             let Some(([i, k], weight)) = self.outer(j) else { continue };
-            let points = &mut self.body.state.points;
+            let points = &mut self.state.points;
             let (one, other) = (points[i], points[k]);
             let mean = |a: f64, b: f64| weight * a + (1.0 - weight) * b;
             let p = &mut points[j];

@@ -3,60 +3,29 @@
 
 use nalgebra::{SVector, Vector3};
 
-use crate::body::contact::PerContact;
 use crate::body::terrain::Place;
 use crate::collisions::log::Spin;
 use crate::math::clock::Clock;
 use crate::math::collocation::{doubt, places, steps};
-use crate::math::mass_vector::MassVector;
+use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::math::turn::Turn;
 use crate::modes::Mode;
-use crate::motion::driver::{Coordinates, Driver};
+use crate::motion::driver::Driver;
+use crate::motion::moving::Moving;
+use crate::motion::record::Tail;
+use crate::outcome::{Outcome, ZenoMethod};
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{
     BOUNCE_CHANGE, CYCLE_RATIO_ROUNDINGS, NEXT_TERM, QUIET_LANDING, REACHED, REMAINDER_FACTOR,
     STILL,
 };
-
-/// Two contacts of a body or of a mechanism, one of which lands while the other is held.
-pub(crate) trait Landed {
-    /// A displacement or a velocity.
-    type V: MassVector;
-
-    fn displacement(&self) -> Self::V;
-
-    fn velocity(&self) -> Self::V;
-
-    /// Gap rate of a contact, in m/s.
-    fn rate(&self, i: usize) -> f64;
-
-    fn place(&self, i: usize) -> Place;
-
-    fn friction(&self, i: usize) -> f64;
-
-    /// Sliding speed of a contact at this velocity, in m/s.
-    fn slip(&self, i: usize, velocity: &Self::V) -> f64;
-
-    /// Bound of the speeds of contacts at this velocity, in m/s.
-    fn speed(&self, velocity: &Self::V) -> f64;
-
-    /// The gravity that presses the contacts down, in m/s².
-    fn gravity(&self) -> f64;
-
-    /// How much the cycles change within the time `t` because the geometry turns: a relative change. `before`: the velocity one cycle before;
-    /// `longer`: by how much the last cycle was longer than the ratio of cycles makes it, relative.
-    fn turned(&self, before: &Self::V, t: f64, longer: f64) -> f64;
-
-    /// A velocity or a displacement with all contacts on the ground. In constant geometry, its component across the ground is rounding error,
-    /// and the time may be long.
-    fn along(&self, change: Self::V) -> Self::V;
-}
+use crate::zeno::Gaps;
 
 /// The cycles of two contacts.
-#[derive(Debug, Clone)]
-pub(crate) struct NestedSequence<V> {
+#[derive(Debug, Clone, Default)]
+pub(crate) struct NestedSequence {
     /// For each contact: the last cycle that ended with its landing.
-    last: [Option<Cycle<V>>; 2],
+    last: [Option<Cycle>; 2],
     /// For each contact: since when it was held last while it slid to the left, stuck, and slid to the right.
     slides: [[Option<Clock>; 3]; 2],
     /// The largest sliding speed that counted as zero, in m/s.
@@ -86,61 +55,58 @@ impl SlowLanding {
 
 /// A cycle, at its end.
 #[derive(Debug, Clone)]
-struct Cycle<V> {
+struct Cycle {
     clock: Clock,
-    q: V,
-    qdot: V,
+    q: Coordinates,
+    qdot: Coordinates,
     /// Gap rate of the contact that lands, in m/s.
     rate: f64,
     places: [Place; 2],
     /// Ratio of the landing speeds of this cycle and the one before.
     ratio: f64,
     /// Change of q̇ in this cycle.
-    change: V,
+    change: Coordinates,
     /// In s.
     duration: f64,
 }
 
 /// The sum of all further cycles.
 #[derive(Debug, Clone)]
-pub(crate) struct CycleSum<V> {
+struct CycleSum {
     /// Displacement until the limit.
-    pub(crate) way: V,
+    way: Coordinates,
     /// Velocity at the limit.
-    pub(crate) velocity: V,
+    velocity: Coordinates,
     /// Time until then, in s.
-    pub(crate) duration: f64,
+    duration: f64,
     /// r
-    pub(crate) ratio: f64,
+    ratio: f64,
     /// Whether cycles repeat themselves; if not, the time left is so short that they need not.
-    pub(crate) repeats: bool,
+    repeats: bool,
     /// Estimate of the error of that time, in s.
-    pub(crate) error: f64,
+    error: f64,
     /// The end of the cycle before the last one, the duration of the last one in s, and r²/(1 − r²).
-    before: Cycle<V>,
+    before: Cycle,
     last: f64,
     rest: f64,
 }
 
+/// The limit of cycles.
 #[derive(Debug, Clone)]
-pub(crate) struct Limit {
+struct Limit {
     /// With both contacts on the ground.
-    pub(crate) end: BodyState,
+    end: Moving,
     /// Time until then, in s.
-    pub(crate) duration: f64,
+    duration: f64,
+    tail: Tail,
     /// Whether cycles repeat themselves; if not, the time left is so short that they need not.
-    pub(crate) repeats: bool,
+    repeats: bool,
+    certified: bool,
     /// Estimate of the error of that time, in s.
-    pub(crate) error: f64,
+    error: f64,
 }
 
-impl<V> Default for NestedSequence<V> {
-    fn default() -> Self {
-        Self { last: [None, None], slides: [[None; 3]; 2], dropped: 0.0, landings: [0; 2] }
-    }
-}
-
-impl<V: MassVector> NestedSequence<V> {
+impl NestedSequence {
     /// Records the modes in which contacts are held from this time on.
     pub(crate) fn hold(&mut self, word: &[Mode], clock: Clock) {
         for (i, mode) in word.iter().enumerate().filter(|(_, mode)| **mode != Mode::Separate) {
@@ -176,18 +142,18 @@ impl<V: MassVector> NestedSequence<V> {
     /// v_∞ = v + (v − v₀) r/(1 − r),   T = (t − t₀) r/(1 − r),   q_∞ = q + v_∞ T + (q − q₀ − v_∞ (t − t₀)) r²/(1 − r²)
     /// ```
     ///
-    /// `fastest`: bound of the speeds so far; `left`: time to the end of the run; `alone`: whether the landing speed alone determines the
-    /// motion after it, up to its scale, so that one cycle shows all.
-    pub(crate) fn next(
+    /// `now`: the state, and the size of a body in m; `fastest`: bound of the speeds so far; `left`: time to the end of the run; `alone`: whether the landing speed
+    /// alone determines the motion after it, up to its scale, so that one cycle shows all.
+    fn next(
         &mut self,
         b: usize,
         alone: bool,
-        now: &impl Landed<V = V>,
+        (now, size): (&Moving, f64),
         clock: Clock,
         fastest: f64,
         left: f64,
-    ) -> Option<CycleSum<V>> {
-        let (q, qdot, rate) = (now.displacement(), now.velocity(), now.rate(b));
+    ) -> Option<CycleSum> {
+        let (q, qdot, rate) = (now.displacement(), now.velocity(), now.point(b).1);
         let start = Cycle {
             clock,
             q: q.clone(),
@@ -195,7 +161,7 @@ impl<V: MassVector> NestedSequence<V> {
             rate,
             places: [0, 1].map(|i| now.place(i)),
             ratio: f64::NAN,
-            change: V::zeros(q.len()),
+            change: Coordinates::zeros(q.len()),
             duration: f64::NAN,
         };
         self.landings[b] += 1;
@@ -217,7 +183,7 @@ impl<V: MassVector> NestedSequence<V> {
         let change = if alone { 0.0 } else { t * (other / (1.0 - ratio) + turned) / (1.0 - ratio) };
         // The change of velocity in a cycle also has to repeat, to the accuracy with which the sum adds it: a contact that slid
         // in the previous cycle and sticks in this one may leave the ratio of the landing speeds unchanged.
-        let unlike = now.speed(&gained.plus(&last.change, -ratio)) * sum;
+        let unlike = now.speed_of(&gained.plus(&last.change, -ratio), size) * sum;
         let alike = alone || unlike <= STILL * fastest;
         let repeats = alike && change <= f64::EPSILON * clock.hi;
         let reached = t <= REACHED * clock.hi;
@@ -230,12 +196,13 @@ impl<V: MassVector> NestedSequence<V> {
         let way = now.along(v.scaled(t).plus(&repeated, rest));
         // A contact that slides in all cycles has to slide in the same direction at the limit, and one that sticks has to have
         // no sliding speed there: up to the rounding error of the sum, and to the speeds that count as zero.
-        let tolerance = STILL * fastest + STILL.sqrt() * now.speed(&gained) * sum.max(1.0);
+        let tolerance = STILL * fastest + STILL.sqrt() * now.speed_of(&gained, size) * sum.max(1.0);
+        let limit = now.moving(&v);
         let turns_back = |i: usize| {
-            let slip = now.slip(i, &v);
+            let slip = limit.slip(i);
             let in_cycle = |when: &Option<Clock>| when.is_some_and(|t| t.since(last.clock) >= 0.0);
             let [left, sticks, right] = self.slides[i].each_ref().map(in_cycle);
-            now.slip(i, &qdot) * slip < 0.0 && slip.abs() > tolerance
+            now.slip(i) * slip < 0.0 && slip.abs() > tolerance
                 || now.friction(i) > 0.0
                     && ((left || sticks) && slip > tolerance
                         || (right || sticks) && slip < -tolerance)
@@ -266,93 +233,16 @@ impl<V: MassVector> NestedSequence<V> {
     }
 }
 
-/// A body of this size in m, and its two points.
-struct LandedBody<'a>(&'a BodyState, f64);
-
-impl Landed for LandedBody<'_> {
-    type V = Vector3<f64>;
-
-    fn displacement(&self) -> Self::V {
-        let BodyState { center, spin, .. } = self.0;
-        Vector3::new(center.r.x, center.r.y, spin.theta)
-    }
-
-    fn velocity(&self) -> Self::V {
-        let BodyState { center, spin, .. } = self.0;
-        Vector3::new(center.v.x, center.v.y, spin.omega)
-    }
-
-    fn rate(&self, i: usize) -> f64 {
-        self.0.points[i].u
-    }
-
-    fn place(&self, i: usize) -> Place {
-        self.0.points[i].place
-    }
-
-    fn friction(&self, i: usize) -> f64 {
-        self.0.points[i].friction
-    }
-
-    fn slip(&self, i: usize, velocity: &Self::V) -> f64 {
-        self.moving(velocity).slip(i)
-    }
-
-    fn speed(&self, v: &Self::V) -> f64 {
-        v.x.abs().max(v.y.abs()).max(self.1 * v.z.abs())
-    }
-
-    fn gravity(&self) -> f64 {
-        self.0.gravity
-    }
-
-    fn turned(&self, before: &Self::V, t: f64, longer: f64) -> f64 {
-        if self.0.frozen {
-            return 0.0;
-        }
-        let angle = self.0.spin.omega.abs().max(before.z.abs()) * t;
-        (angle * angle).max(longer)
-    }
-
-    fn along(&self, change: Self::V) -> Self::V {
-        if !self.0.frozen {
-            return change;
-        }
-        let mut moved = self.moving(&change);
-        moved.close(&self.0.points.iter().map(|_| true).collect::<PerContact<_>>());
-        Vector3::new(moved.center.v.x, moved.center.v.y, moved.spin.omega)
-    }
-}
-
-impl LandedBody<'_> {
-    /// The body with this velocity.
-    fn moving(&self, velocity: &Vector3<f64>) -> BodyState {
-        let mut body = self.0.clone();
-        (body.center.v, body.spin.omega) = (velocity.xy(), velocity.z);
-        body
-    }
-}
-
-impl NestedSequence<Vector3<f64>> {
-    /// The limit of all cycles of a body of this size; see [`next`](Self::next).
-    pub(crate) fn land(
-        &mut self,
-        b: usize,
-        body: &BodyState,
-        clock: Clock,
-        size: f64,
-        fastest: f64,
-        left: f64,
-    ) -> Option<Limit> {
-        let now = LandedBody(body, size);
-        let CycleSum {
-            way, velocity: v, duration: t, repeats, error, before, last: dt, rest, ..
-        } = self.next(b, false, &now, clock, fastest, left)?;
-        // No point may come to an end of its terrain before the limit.
-        let far = t * (now.speed(&before.qdot) + body.gravity * dt);
+impl CycleSum {
+    /// The body at the limit, on its ground; `None` if a point may come to an end of its piece before. `size`: in m.
+    fn end(&self, body: &BodyState, size: f64) -> Option<BodyState> {
+        let Self { way, velocity, duration: t, before, last: dt, rest, .. } = self;
+        let [way, v, old] = [way, velocity, &before.qdot].map(|v| Vector3::of(3, v.iter()));
+        let speed = old.x.abs().max(old.y.abs()).max(size * old.z.abs());
+        let far = t * (speed + body.gravity * dt);
         let room =
             |p: &ContactState| p.place.sides.iter().all(|side| *side > REMAINDER_FACTOR * far);
-        let stays = (0..2).all(|i| now.place(i).piece == before.places[i].piece);
+        let stays = (0..2).all(|i| body.points[i].place.piece == before.places[i].piece);
         if !(stays && body.points.iter().all(room)) {
             return None;
         }
@@ -361,7 +251,7 @@ impl NestedSequence<Vector3<f64>> {
         end.spin = Spin { theta: body.spin.theta + way.z, omega: v.z };
         // The distances to the ends of the pieces have the same sums. Near an end they are known better than positions.
         for (i, old) in before.places.iter().enumerate() {
-            let place = now.place(i);
+            let place = body.points[i].place;
             for side in (0..2).filter(|&side| place.sides[side] < f64::INFINITY) {
                 let (now, rate) = (place.sides[side], end.side(i, side).u);
                 let way = rate * t + (now - old.sides[side] - rate * dt) * rest;
@@ -373,8 +263,7 @@ impl NestedSequence<Vector3<f64>> {
             (p.h, p.u) = (0.0, 0.0);
             (p.b, p.c) = p.turned(&onward);
         }
-        self.forget();
-        Some(Limit { end, duration: t, repeats, error })
+        Some(end)
     }
 }
 
@@ -396,7 +285,55 @@ pub(super) struct Lap {
     pub(super) speed: Option<f64>,
 }
 
-impl<C: Coordinates> Driver<'_, C> {
+impl Driver<'_> {
+    /// Contact `b` lands while the other of two contacts is held. If all further cycles are known, moves to their limit.
+    pub(super) fn sum_cycles(&mut self, b: usize) -> Option<Option<Outcome>> {
+        let Limit { end, duration, tail, repeats, certified, error } =
+            self.limit_of_cycles(b).or_else(|| self.limit_of_laps(b))?;
+        if let (Some(posture), Some(body)) = (self.record.subject.posture(), end.turning())
+            && self.edges.is_inside(posture, body)
+        {
+            return None; // it has entered in one of the cycles
+        }
+        self.cycles.forget();
+        self.begin_sum(tail);
+        (self.state, self.log.clock) = (end, self.log.clock.after(duration));
+        let method = if repeats { ZenoMethod::Nested } else { ZenoMethod::Mixed };
+        Some(self.settle(&[0, 1], Some(method), certified, error, 0.0))
+    }
+
+    fn limit_of_cycles(&mut self, b: usize) -> Option<Limit> {
+        let (clock, left, fastest) = (self.log.clock, self.log.left(), self.fastest);
+        // Without friction the gaps over constant rows move by themselves, and all their motions scale.
+        let alone = match &self.state {
+            Moving::Frozen(rows) if rows.rows.friction.iter().all(|mu| *mu == 0.0) => {
+                rows.rows.gaps
+            }
+            _ => None,
+        };
+        let (state, size) = (&self.state, self.place);
+        let sum = self.cycles.next(b, alone.is_some(), (state, size), clock, fastest, left)?;
+        let (t, repeats, error) = (sum.duration, sum.repeats, sum.error);
+        let certified = alone.is_some() && repeats;
+        let (end, tail) = match (state, alone) {
+            (Moving::Turning(body), _) => {
+                (Moving::Turning(Box::new(sum.end(body, size)?)), Tail::Collisions)
+            }
+            (Moving::Frozen(rows), Some(model)) => {
+                let end = rows.hit(t, &model.settle(&rows.gaps(), t), &Gaps::default());
+                (Moving::Frozen(Box::new(end)), Tail::Cycle { ratio: sum.ratio, duration: t })
+            }
+            (Moving::Frozen(rows), None) => {
+                let mut end = rows.clone();
+                end.y.add_scaled(&sum.way, 1.0);
+                end.v = sum.velocity;
+                end.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
+                (Moving::Frozen(end), Tail::Collisions)
+            }
+        };
+        Some(Limit { end, duration: t, tail, repeats, certified, error })
+    }
+
     /// The limit of all cycles from this landing of contact `b` on, in the full geometry. On parallel ground without friction a body that
     /// touches it with both contacts, one of them held, is in one position, and the landing speed alone determines the cycle that follows: its
     /// duration τ(u) and the next landing speed R(u), both analytic. The time left is the sum
@@ -407,11 +344,12 @@ impl<C: Coordinates> Driver<'_, C> {
     ///
     /// which determines a polynomial Σ t_m s^m, u = s u(1), at the places s_j, by one cycle from each of these landing speeds. Along the
     /// ground the body moves as if it fell freely.
-    pub(super) fn limit_of_laps(&self, b: usize, body: &BodyState) -> Option<Limit> {
+    fn limit_of_laps(&self, b: usize) -> Option<Limit> {
+        let body = self.state.turning()?;
         let (one, two) = (&body.points[b], &body.points[1 - b]);
         let free = |p: &ContactState| p.friction == 0.0 && p.place.sides == [f64::INFINITY; 2];
         let parallel = one.normal == two.normal && one.b != two.b;
-        if !(self.nested.is_long(b) && !body.frozen && free(one) && free(two) && parallel) {
+        if !(self.cycles.is_long(b) && !body.frozen && free(one) && free(two) && parallel) {
             return None;
         }
         let (first, places) = (-one.u, places());
@@ -439,7 +377,14 @@ impl<C: Coordinates> Driver<'_, C> {
         end.center.r += along * t + fall * (0.5 * t * t);
         (end.center.v, end.spin.omega) = (along + fall * t, 0.0);
         end.points.iter_mut().for_each(|p| (p.h, p.u) = (0.0, 0.0));
-        Some(Limit { end, duration: t, repeats: true, error: doubt + rounding })
+        Some(Limit {
+            end: Moving::Turning(Box::new(end)),
+            duration: t,
+            tail: Tail::Collisions,
+            repeats: true,
+            certified: false,
+            error: doubt + rounding,
+        })
     }
 
     /// Speed (m/s) and time (s) of the next landing of contact `b` after one with this speed.
@@ -454,9 +399,9 @@ impl<C: Coordinates> Driver<'_, C> {
         (start.points[1 - b].h, start.points[1 - b].u) = (0.0, 0.0);
         let options = self.options.of_resimulated_tail(f64::INFINITY);
         let subject = self.record.subject.clone();
-        let mut run = Driver::of_any(posture, start, subject, &options, Vec::new(), &|| false);
+        let mut run = Driver::of_body(posture, start, subject, &options, Vec::new(), &|| false);
         run.resting[1 - b] = true;
-        run.body.fastest = speed;
+        run.fastest = speed;
         run.lap = Some(Lap { contact: b, speed: None });
         run.motion();
         Some((run.lap?.speed?, run.log.clock.hi))
@@ -468,6 +413,7 @@ mod tests {
     use nalgebra::Vector2;
 
     use super::*;
+    use crate::body::contact::PerContact;
     use crate::collisions::log::Center;
     use crate::sustained::Rounding;
 
@@ -477,11 +423,12 @@ mod tests {
         let (rounding, held) = (Rounding::default(), None);
         let point = |contact: usize, b: f64, u: f64| {
             let place = Place::anywhere(contact);
-            let (friction, c, radius, h, depth) = (0.0, 0.0, 0.0, 0.0, 0.0);
+            let (friction, restitution, c, radius, h, depth) = (0.0, [0.0; 2], 0.0, 0.0, 0.0, 0.0);
             ContactState {
                 normal,
                 tangent,
                 friction,
+                restitution,
                 b,
                 c,
                 radius,
@@ -502,11 +449,18 @@ mod tests {
 
     /// Three landings, at these speeds and times. Cycle k begins at the speed v_∞ + d rᵏ along the ground and moves the body
     /// by v_∞ rᵏ + ½ r²ᵏ: all of it exact for powers of two. The place at the last landing, and the limit.
-    fn limit(r: f64, [v, d]: [f64; 2], speeds: [f64; 3], dt: [f64; 2]) -> (f64, Option<Limit>) {
+    fn limit(
+        r: f64,
+        [v, d]: [f64; 2],
+        speeds: [f64; 3],
+        dt: [f64; 2],
+    ) -> (f64, Option<(BodyState, CycleSum)>) {
         let (mut cycles, mut x) = (NestedSequence::default(), 0.0);
         let mut land = |power: f64, speed: f64, time: f64, x: f64| {
             let (body, clock) = (landing(x, v + d * power, speed), Clock::default().after(time));
-            cycles.land(1, &body, clock, 1.0, 10.0, f64::INFINITY)
+            let now = Moving::Turning(Box::new(body.clone()));
+            let sum = cycles.next(1, false, (&now, 1.0), clock, 10.0, f64::INFINITY)?;
+            Some((sum.end(&body, 1.0)?, sum))
         };
         for (power, speed, time) in [(1.0, speeds[0], 1.0), (r, speeds[1], 1.0 + dt[0])] {
             assert!(land(power, speed, time, x).is_none());
@@ -519,7 +473,7 @@ mod tests {
     fn the_sum_of_repeating_cycles_is_the_geometric_series() {
         for r in [0.5, 0.25, 0.125] {
             let (x, found) = limit(r, [2.0, 1.0], [1.0, r, r * r], [1.0, r]);
-            let Limit { end, duration, repeats, .. } = found.expect("a limit");
+            let (end, CycleSum { duration, repeats, .. }) = found.expect("a limit");
             let sum = |r: f64| (2..200).map(|k| libm::pow(r, f64::from(k))).sum::<f64>();
             assert!(repeats && (duration - sum(r)).abs() < 1e-15, "{duration}");
             assert!((end.center.v.x - 2.0).abs() < 1e-15, "{}", end.center.v.x);

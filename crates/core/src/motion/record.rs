@@ -4,36 +4,40 @@ use nalgebra::Vector2;
 
 use crate::body::contact::{ContactLetters, PerContact};
 use crate::body::state::State;
-use crate::collisions::log::{Center, Collision, Spin};
+use crate::collisions::log::{Center, Collision, Log, Spin};
 use crate::math::clock::Clock;
 use crate::math::mass_vector::Coordinates;
 use crate::modes::{ContactProblem, MechanismProblem, Mode};
+use crate::motion::moving::Moving;
 use crate::motion::subject::Subject;
 use crate::outcome::{Cause, Instant, Outcome, ZenoMethod};
-use crate::sustained::BodyState;
 use crate::sustained::frozen::Frozen;
 
 /// How the body moves during a span.
 #[derive(Debug, Clone)]
 pub(crate) enum Motion {
-    /// Each contact is in its mode; in flight all are separate, with plain collisions in between.
-    Modes(Box<BodyState>, ContactLetters<Mode>),
-    /// The sum of infinitely many impacts: bounces of one contact, or cycles of two contacts on the ground. `fastest`: bound of the speeds
-    /// of the run until then.
-    Cycles { start: Box<BodyState>, fastest: f64, tail: Tail },
-    /// A mechanism with each contact in its mode, with a constant acceleration; in flight with plain collisions.
-    Jointed { start: Box<Frozen>, word: ContactLetters<Mode>, acceleration: Coordinates },
-    /// A sum of infinitely many impacts of a mechanism.
-    JointedTail { start: Box<Frozen>, fastest: f64, tail: Tail },
+    /// Each contact is in its mode; in flight all are separate, with plain collisions in between. `acceleration`: the constant one of constant
+    /// rows.
+    Modes { start: Moving, word: ContactLetters<Mode>, acceleration: Option<Coordinates> },
+    /// The sum of infinitely many impacts. `fastest`: bound of the speeds of the run until then.
+    Sum { start: Moving, fastest: f64, tail: Tail },
 }
 
 impl Motion {
+    pub(crate) fn start(&self) -> &Moving {
+        match self {
+            Self::Modes { start, .. } | Self::Sum { start, .. } => start,
+        }
+    }
+
     /// The mode of each contact.
     pub(crate) fn letters(&self, subject: &Subject) -> String {
         match (self, subject.posture()) {
-            (Self::Jointed { word, .. }, _) => word.iter().map(|mode| mode.letter()).collect(),
-            (Self::Modes(body, word), Some(posture)) => body.letters(word, posture),
-            _ => "S".repeat(subject.count()),
+            (Self::Modes { start: Moving::Turning(body), word, .. }, Some(posture)) => {
+                body.letters(word, posture)
+            }
+            (Self::Modes { word, .. }, _) => word.iter().map(|mode| mode.letter()).collect(),
+            (Self::Sum { .. }, _) => "S".repeat(subject.count()),
         }
     }
 }
@@ -84,6 +88,13 @@ impl Clone for Moment {
 }
 
 impl Moment {
+    /// The start of a run.
+    pub(crate) fn of(subject: &Subject) -> Self {
+        let (clock, state, mechanism) = (Clock::default(), subject.start(), None);
+        let (gaps, rates, sides) = (PerContact::new(), PerContact::new(), PerContact::new());
+        Self { clock, state, gaps, rates, sides, mechanism }
+    }
+
     pub(crate) fn instant(&self) -> Instant {
         Instant { state: self.state, gaps: self.gaps.to_vec(), rates: self.rates.to_vec() }
     }
@@ -142,14 +153,7 @@ pub(crate) struct Record {
 impl Record {
     /// Of a run from this start on; the run sets the fields of its end.
     pub(crate) fn new(subject: Subject, warnings: Vec<String>) -> Self {
-        let end = Moment {
-            clock: Clock::default(),
-            state: subject.start(),
-            gaps: PerContact::new(),
-            rates: PerContact::new(),
-            sides: PerContact::new(),
-            mechanism: None,
-        };
+        let end = Moment::of(&subject);
         Self {
             outcome: Outcome::EventLimit,
             subject,
@@ -165,6 +169,26 @@ impl Record {
             acceleration: None,
             undecided: None,
             undecided_mechanism: None,
+        }
+    }
+
+    /// Begins a span.
+    pub(crate) fn begin(&mut self, log: &Log<'_>, motion: Motion, cause: Option<Cause>) {
+        let (clock, first_collision) = (log.clock, log.collisions.len());
+        self.spans.push(Span { clock, motion, cause, first_collision });
+    }
+
+    /// Records the problem of a word that constant rows do not determine. `ways`: signs of sliding; `None`: separate.
+    pub(crate) fn write_undecided(&mut self, state: &Frozen, ways: &[Option<i8>]) {
+        match &self.subject {
+            Subject::Body(body) => {
+                self.undecided = body.problem(state.space().pull(), ways).ok().map(Box::new);
+            }
+            Subject::Mechanism(start) => {
+                let problem = MechanismProblem::new(&start.mechanism, ways);
+                self.undecided_mechanism = problem.ok().map(Box::new);
+            }
+            Subject::Local(_) => {}
         }
     }
 }

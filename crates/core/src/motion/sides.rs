@@ -11,15 +11,14 @@ use nalgebra::{Vector2, Vector3};
 
 use crate::body::outline::Side;
 use crate::body::terrain::Piece;
-use crate::motion::any::AnyContacts;
-use crate::motion::driver::Driver;
+use crate::motion::ground::OnGround;
 use crate::options::Edges;
 use crate::sustained::ContactState;
 use crate::sustained::edges::Entry;
 use crate::sustained::side::SideContact;
 use crate::tolerance::{OVER_VERTEX, PLACE, TOUCH};
 
-impl Driver<'_, AnyContacts> {
+impl OnGround<'_, '_> {
     /// The number of the contact of a corner of the ground with a side, from 0: a new one where they meet for the first time.
     fn side_number(&mut self, corner: Vector2<f64>, side: usize) -> usize {
         let sides = &mut self.record.sides;
@@ -28,31 +27,31 @@ impl Driver<'_, AnyContacts> {
             sides.push((corner, side));
             sides.len() - 1
         });
-        self.body.posture.contacts().len() + number
+        self.ground.posture.contacts().len() + number
     }
 
     fn side(&self, side: usize) -> Option<Side> {
-        self.body.posture.outline().map(|outline| outline.sides()[side])
+        self.ground.posture.outline().map(|outline| outline.sides()[side])
     }
 
     /// Adds the contact of a corner of the ground with a side of the body, and the open ones with the sides beside it that it may come to in
     /// concave corners of the body; returns the point of the first.
     fn add_side(&mut self, corner: Vector2<f64>, index: usize) -> Option<usize> {
-        let posture = self.body.posture.clone();
+        let posture = self.ground.posture.clone();
         let outline = posture.outline()?;
         let first = self.add_one_side(corner, &outline.sides()[index])?;
         let mut next = vec![index];
         while let Some(index) = next.pop() {
             for side in outline.beside(&outline.sides()[index]) {
-                let count = self.body.contacts;
+                let count = self.ground.contacts;
                 if let Some(i) = self.add_one_side(corner, side)
-                    && self.body.contacts > count
+                    && self.ground.contacts > count
                 {
-                    if self.body.state.points[i].h < -TOUCH * posture.size() {
+                    if self.state.points[i].h < -TOUCH * posture.size() {
                         self.remove_side(i); // behind the line of a side farther away
                         continue;
                     }
-                    self.body.state.points[i].h = self.body.state.points[i].h.max(0.0);
+                    self.state.points[i].h = self.state.points[i].h.max(0.0);
                     next.push(side.index());
                 }
             }
@@ -64,27 +63,27 @@ impl Driver<'_, AnyContacts> {
     fn add_one_side(&mut self, corner: Vector2<f64>, side: &Side) -> Option<usize> {
         let index = side.index();
         let contact = self.side_number(corner, index);
-        if self.body.state.sides.iter().any(|on| on.contact == contact) {
-            let points = &self.body.state.points;
+        if self.state.sides.iter().any(|on| on.contact == contact) {
+            let points = &self.state.points;
             return points.iter().position(|p| p.place.contact == contact);
         }
-        let on = SideContact::new(&self.body.posture, contact, corner, side);
-        let point = on.point(&self.body.state, self.body.posture.size());
-        let at = self.body.contacts;
-        self.body.state.sides.push(on);
-        self.body.state.points.insert(at, point);
+        let on = SideContact::new(&self.ground.posture, contact, corner, side);
+        let point = on.point(self.state, self.ground.posture.size());
+        let at = self.ground.contacts;
+        self.state.sides.push(on);
+        self.state.points.insert(at, point);
         self.resting.insert(at, false);
-        self.body.contacts += 1;
+        self.ground.contacts += 1;
         Some(at)
     }
 
     /// Removes the point of a corner of the ground.
     fn remove_side(&mut self, i: usize) {
-        let contact = self.body.state.points[i].place.contact;
-        self.body.state.sides.retain(|side| side.contact != contact);
-        self.body.state.points.remove(i);
+        let contact = self.state.points[i].place.contact;
+        self.state.sides.retain(|side| side.contact != contact);
+        self.state.points.remove(i);
         self.resting.remove(i);
-        self.body.contacts -= 1;
+        self.ground.contacts -= 1;
     }
 
     /// A corner of the ground meets a side of the body.
@@ -98,7 +97,7 @@ impl Driver<'_, AnyContacts> {
             ));
         }
         if let Some(i) = self.add_side(entry.corner, entry.side) {
-            self.body.state.points[i].h = 0.0;
+            self.state.points[i].h = 0.0;
         }
     }
 
@@ -107,11 +106,11 @@ impl Driver<'_, AnyContacts> {
         if self.options.edges == Edges::Ignore {
             return;
         }
-        let q = if self.local { Vector3::zeros() } else { self.body.state.state().q };
-        let touch = TOUCH * self.body.posture.size();
-        for on in self.body.posture.sides_touched(&q) {
+        let q = if self.state.frozen { Vector3::zeros() } else { self.state.state().q };
+        let touch = TOUCH * self.ground.posture.size();
+        for on in self.ground.posture.sides_touched(&q) {
             if let Some(i) = self.add_side(on.corner, on.side) {
-                let p = &mut self.body.state.points[i];
+                let p = &mut self.state.points[i];
                 let known = |rounding: f64| rounding * PLACE / f64::EPSILON;
                 let touches = p.h <= touch.max(known(p.rounding.gap));
                 if touches {
@@ -127,15 +126,16 @@ impl Driver<'_, AnyContacts> {
         if self.edges.contacts().is_empty() {
             return;
         }
-        let q = self.body.state.state().q;
-        for on in self.body.posture.sides_touched(&q) {
-            let count = self.body.contacts;
-            let Some(i) = self.add_side(on.corner, on.side).filter(|_| self.body.contacts > count)
+        let q = self.state.state().q;
+        for on in self.ground.posture.sides_touched(&q) {
+            let count = self.ground.contacts;
+            let Some(i) =
+                self.add_side(on.corner, on.side).filter(|_| self.ground.contacts > count)
             else {
                 continue;
             };
-            if self.body.state.points[i].u < 0.0 {
-                self.body.state.points[i].h = 0.0;
+            if self.state.points[i].u < 0.0 {
+                self.state.points[i].h = 0.0;
             } else {
                 self.remove_side(i);
             }
@@ -145,23 +145,23 @@ impl Driver<'_, AnyContacts> {
     /// Removes corners of the ground that have come to the line of their side beyond its end, or at its end without approaching the next side:
     /// they pass the corner of the body there. Returns whether there are any.
     pub(super) fn drop_sides_passed(&mut self) -> bool {
-        if !self.body.state.has_turning_sides() {
+        if !self.state.has_turning_sides() {
             return false;
         }
-        let before = self.body.contacts;
+        let before = self.ground.contacts;
         (0..before).for_each(|i| self.choose_by_velocity(i));
         for i in (0..before).rev() {
-            if self.body.state.points[i].h == 0.0 && self.passes_corner(i) {
+            if self.state.points[i].h == 0.0 && self.passes_corner(i) {
                 self.remove_side(i);
             }
         }
-        self.body.contacts < before
+        self.ground.contacts < before
     }
 
     /// Whether point `i`, a corner of the ground on the line of its side, is beyond an end of the side, or approaches only this one of the two
     /// sides that meet at that end.
     fn passes_corner(&self, i: usize) -> bool {
-        let (state, posture) = (&self.body.state, &self.body.posture);
+        let (state, posture) = (&self.state, &self.ground.posture);
         let (Some(on), Some(outline)) = (state.turning_side(i), posture.outline()) else {
             return false;
         };
@@ -179,7 +179,7 @@ impl Driver<'_, AnyContacts> {
 
     /// Whether a side of the body that ends at point `i` lies on this vertex of the ground.
     pub(super) fn ends_side_on(&self, i: usize, vertex: Vector2<f64>) -> bool {
-        let (state, posture) = (&self.body.state, &self.body.posture);
+        let (state, posture) = (&self.state, &self.ground.posture);
         let center = Vector2::from(posture.fields().center_of_mass);
         let here = |end: Vector2<f64>| self.corner_at(end + center) == Some(i);
         state.points.iter().any(|p| {
@@ -192,7 +192,7 @@ impl Driver<'_, AnyContacts> {
 
     /// The point of the contact at this place of the body in its nominal posture.
     fn corner_at(&self, place: Vector2<f64>) -> Option<usize> {
-        let posture = &self.body.posture;
+        let posture = &self.ground.posture;
         let touch = TOUCH * posture.size();
         let is_at =
             |k: &usize| (Vector2::from(posture.contacts()[*k].point) - place).norm() <= touch;
@@ -202,10 +202,10 @@ impl Driver<'_, AnyContacts> {
     /// Removes corners of the ground that move out of their sides, with a corner of the body on the ground at the same place. Returns whether
     /// there are any.
     pub(super) fn drop_sides_at_corners(&mut self) -> bool {
-        let (count, touch) = (self.body.contacts, TOUCH * self.body.posture.size());
-        let center = Vector2::from(self.body.posture.fields().center_of_mass);
+        let (count, touch) = (self.ground.contacts, TOUCH * self.ground.posture.size());
+        let center = Vector2::from(self.ground.posture.fields().center_of_mass);
         for i in (0..count).rev() {
-            let state = &self.body.state;
+            let state = &self.state;
             let (Some(on), p) = (state.turning_side(i), &state.points[i]) else { continue };
             let (Some(side), slip) = (self.side(on.side), state.slip(i)) else { continue };
             let stands = |end: usize| {
@@ -221,16 +221,16 @@ impl Driver<'_, AnyContacts> {
                 self.remove_side(i);
             }
         }
-        self.body.contacts < count
+        self.ground.contacts < count
     }
 
     /// Point `i`, a corner of the ground, comes to the start (0) or the end (1) of its side: the corner of the body there takes over.
     pub(super) fn leave_side(&mut self, i: usize, end: usize) {
-        let Some(on) = self.body.state.side_contact(i).copied() else { return };
-        let closed = self.body.state.points[i].h == 0.0;
+        let Some(on) = self.state.side_contact(i).copied() else { return };
+        let closed = self.state.points[i].h == 0.0;
         self.remove_side(i);
         let Some(side) = self.side(on.side) else { return };
-        let center = Vector2::from(self.body.posture.fields().center_of_mass);
+        let center = Vector2::from(self.ground.posture.fields().center_of_mass);
         let Some(j) = self.corner_at(side.ends()[end] + center).filter(|_| closed) else {
             return;
         };
@@ -241,38 +241,38 @@ impl Driver<'_, AnyContacts> {
     /// moves along the side, which does not enter the ground: it approaches at most one of the two pieces, and leaves the other one or moves
     /// along it.
     fn put_in_vertex(&mut self, j: usize, vertex: Vector2<f64>) {
-        let contact = self.body.state.points[j].place.contact;
-        let Some(ground) = self.body.posture.ground(contact) else { return };
+        let contact = self.state.points[j].place.contact;
+        let Some(ground) = self.ground.posture.ground(contact) else { return };
         let at_end = |piece: &Piece| (0..2).find(|&end| piece.ends[end].vertex == vertex);
         let found =
             ground.pieces.iter().enumerate().find_map(|(k, piece)| Some((k, at_end(piece)?)));
         let Some((k, end)) = found else { return };
-        if self.body.state.points[j].h == 0.0 && self.body.state.points[j].u == 0.0 {
+        if self.state.points[j].h == 0.0 && self.state.points[j].u == 0.0 {
             return; // it touches already
         }
-        self.body.state.put_on(j, &self.body.posture, k as isize);
-        self.body.state.points[j].place.sides[end] = 0.0;
+        self.state.put_on(j, &self.ground.posture, k as isize);
+        self.state.points[j].place.sides[end] = 0.0;
         self.resting[j] = false;
-        let slip = self.body.state.slip(j);
-        let beyond = self.body.posture.piece(contact, k as isize + if end == 0 { -1 } else { 1 });
+        let slip = self.state.slip(j);
+        let beyond = self.ground.posture.piece(contact, k as isize + if end == 0 { -1 } else { 1 });
         let outwards = if end == 0 { slip < 0.0 } else { slip > 0.0 };
         if beyond.is_none() && outwards {
             self.cross(j, end);
             return;
         }
-        let mut p = self.body.state.points[j];
+        let mut p = self.state.points[j];
         let other = if beyond.is_some() { self.beyond_vertex(j, end) } else { p };
         p = self.off_side(&p, &other);
         if p.u < 0.0 && beyond.is_none() {
             (p.h, p.depth) = (f64::INFINITY, f64::MIN_POSITIVE); // under the piece, from beyond its end
         }
-        self.body.state.points[j] = p;
+        self.state.points[j] = p;
     }
 
     /// A corner of the body that comes to a convex vertex of the ground from the end of a side, on one piece of the vertex or on the other: on
     /// the one that it does not approach.
     pub(super) fn off_side(&self, one: &ContactState, other: &ContactState) -> ContactState {
-        let (v, omega) = (self.body.state.center.v, self.body.state.spin.omega);
+        let (v, omega) = (self.state.center.v, self.state.spin.omega);
         let known = PLACE * (v.norm() + one.arm().norm() * omega.abs());
         let rate = |p: &ContactState| p.normal.dot(&v) + p.b * omega;
         let p = if rate(other) > rate(one) { other } else { one };
@@ -285,8 +285,8 @@ impl Driver<'_, AnyContacts> {
         if !self.edges.contacts().contains(&vertex) {
             return;
         }
-        let posture = self.body.posture.clone();
-        let (Some(outline), state) = (posture.outline(), &self.body.state) else { return };
+        let posture = self.ground.posture.clone();
+        let (Some(outline), state) = (posture.outline(), &self.state) else { return };
         let center = Vector2::from(posture.fields().center_of_mass);
         let corner =
             Vector2::from(posture.contacts()[state.points[i].place.contact].point) - center;
@@ -315,7 +315,7 @@ impl Driver<'_, AnyContacts> {
             return;
         }
         if let Some(k) = self.add_side(vertex, index) {
-            let p = &mut self.body.state.points[k];
+            let p = &mut self.state.points[k];
             (p.h, p.u) = (0.0, rate);
             p.place.sides[end] = 0.0;
             self.resting[k] = rate == 0.0;

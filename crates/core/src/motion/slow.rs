@@ -2,16 +2,12 @@
 
 use std::collections::BTreeSet;
 
-use nalgebra::Vector3;
-
 use crate::body::contact::ContactValues;
 use crate::collisions::log::{in_words, names};
 use crate::math::clock::Clock;
-use crate::math::mass_vector::MassVector;
-use crate::motion::any::AnyContacts;
+use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::motion::driver::Driver;
 use crate::outcome::Outcome;
-use crate::sustained::ContactState;
 use crate::tolerance::{
     CONTACT_STOPPED, HIT_IN_TURN, SELF_SIMILAR, SEQUENCE_RATIO_ROUNDINGS, SLOWER_STRETCH,
     SUMMED_VELOCITY, TOUCH,
@@ -20,22 +16,23 @@ use crate::tolerance::{
 /// Impacts of one instant that are simulated one by one before a limit is searched for.
 const LISTED: usize = 64;
 
-/// Impacts in one instant, without a flight between them. `V`: a change of velocity.
+/// Impacts in one instant, without a flight between them.
 #[derive(Debug, Clone)]
-pub(super) struct InstantImpacts<V> {
+pub(super) struct InstantImpacts {
     clock: Clock,
     hits: usize,
     /// Number of points of the body.
     count: usize,
     /// One cycle for each point and piece of ground that have hit each other at this instant, since their last impact. A contact in a
     /// narrow vertex hits the two pieces in turn.
-    cycles: Vec<SinceLastHit<V>>,
+    cycles: Vec<SinceLastHit>,
     /// No change of velocity.
-    zero: V,
+    zero: Coordinates,
 }
 
 /// How impacts of one instant go on.
-pub(super) enum GoesOn<V> {
+#[expect(clippy::large_enum_variant, reason = "it is read at once; a box would cost an allocation")]
+pub(super) enum GoesOn {
     /// No rule is known.
     Somehow,
     /// One contact hits the two pieces of a vertex in turn, for ever.
@@ -43,7 +40,7 @@ pub(super) enum GoesOn<V> {
     /// In cycles that shrink in one ratio r.
     Shrinking {
         /// Change of velocity in the last cycle.
-        change: V,
+        change: Coordinates,
         /// r/(1 − r)
         sum: f64,
         /// Gap rates at the start of the last cycle.
@@ -56,9 +53,10 @@ pub(super) enum GoesOn<V> {
 /// Relative rounding error of a cycle of impacts of one instant.
 const FEW: f64 = SEQUENCE_RATIO_ROUNDINGS * f64::EPSILON;
 
-impl<V: MassVector> InstantImpacts<V> {
-    /// None so far; `zero`: no change of velocity.
-    pub(super) fn none(zero: V) -> Self {
+impl InstantImpacts {
+    /// None so far; `dimensions`: of a change of velocity.
+    pub(super) fn none(dimensions: usize) -> Self {
+        let zero = Coordinates::zeros(dimensions);
         Self { clock: Clock::default(), hits: 0, count: 0, cycles: Vec::new(), zero }
     }
 
@@ -68,12 +66,12 @@ impl<V: MassVector> InstantImpacts<V> {
     }
 
     /// Adds a change of velocity.
-    pub(super) fn changes(&mut self, change: &V) {
+    pub(super) fn changes(&mut self, change: &Coordinates) {
         self.cycles.iter_mut().for_each(|cycle| cycle.change.add_scaled(change, 1.0));
     }
 
     /// Adds the change of velocity of an impulse with this tangential part at point `i`.
-    pub(super) fn pushed(&mut self, i: usize, tangential: f64, change: &V) {
+    pub(super) fn pushed(&mut self, i: usize, tangential: f64, change: &Coordinates) {
         for cycle in &mut self.cycles {
             cycle.change.add_scaled(change, 1.0);
             // A point that has been added since the cycle began ends it (see `next`).
@@ -82,7 +80,7 @@ impl<V: MassVector> InstantImpacts<V> {
     }
 
     /// Adds the sum of infinitely many cycles: `sum` times this change of velocity, with tangential impulses `rubs` at all points.
-    pub(super) fn summed(&mut self, change: &V, rubs: &[f64], sum: f64) {
+    pub(super) fn summed(&mut self, change: &Coordinates, rubs: &[f64], sum: f64) {
         for cycle in &mut self.cycles {
             cycle.change.add_scaled(change, sum);
             for (all, rub) in cycle.rubs.iter_mut().zip(rubs) {
@@ -99,9 +97,9 @@ impl<V: MassVector> InstantImpacts<V> {
         clock: Clock,
         rates: &[f64],
         pieces: ContactValues<isize>,
-        size: impl Fn(&V) -> f64,
+        size: impl Fn(&Coordinates) -> f64,
         fastest: f64,
-    ) -> GoesOn<V> {
+    ) -> GoesOn {
         if self.clock != clock || self.count != rates.len() {
             (self.clock, self.hits, self.count) = (clock, 0, rates.len());
             self.cycles.clear();
@@ -115,7 +113,7 @@ impl<V: MassVector> InstantImpacts<V> {
             rubs: ContactValues::from_elem(0.0, rates.len()),
             before: None,
         };
-        let same = |cycle: &&mut SinceLastHit<V>| cycle.point == i && cycle.pieces == next.pieces;
+        let same = |cycle: &&mut SinceLastHit| cycle.point == i && cycle.pieces == next.pieces;
         let Some(cycle) = self.cycles.iter_mut().find(same) else {
             self.cycles.push(next);
             return GoesOn::Somehow;
@@ -145,36 +143,36 @@ impl<V: MassVector> InstantImpacts<V> {
         }
         GoesOn::Shrinking { change, sum, start, rubs }
     }
+}
 
-    /// The gap rate of a touching point at the limit of shrinking cycles, from its rate now and at the start of the last cycle; `None`: it is
-    /// hit before the limit. Only a point that approached throughout may wait.
-    pub(super) fn limit_of_rate(now: f64, start: f64, sum: f64) -> Option<f64> {
-        let limit = now + (now - start) * sum;
-        if limit.abs() <= FEW * (1.0 + sum) * start.abs() {
-            return Some(0.0);
-        }
-        (limit >= 0.0 || now < 0.0 && start < 0.0).then_some(limit)
+/// The gap rate of a touching point at the limit of shrinking cycles, from its rate now and at the start of the last cycle; `None`: it is
+/// hit before the limit. Only a point that approached throughout may wait.
+fn limit_of_rate(now: f64, start: f64, sum: f64) -> Option<f64> {
+    let limit = now + (now - start) * sum;
+    if limit.abs() <= FEW * (1.0 + sum) * start.abs() {
+        return Some(0.0);
     }
+    (limit >= 0.0 || now < 0.0 && start < 0.0).then_some(limit)
+}
 
-    /// Whether the cycles change before the limit, at which the point rests: its slide reverses, or the impulses of friction (`rub`) do not
-    /// oppose it, as they do in an impact that is much slower than the slide.
-    pub(super) fn turns_back(now: f64, limit: f64, rub: f64, fastest: f64) -> bool {
-        limit.abs() > FEW * fastest && (now * limit < 0.0 || rub * limit > 0.0)
-    }
+/// Whether the cycles change before the limit, at which the point rests: its slide reverses, or the impulses of friction (`rub`) do not
+/// oppose it, as they do in an impact that is much slower than the slide.
+fn turns_back(now: f64, limit: f64, rub: f64, fastest: f64) -> bool {
+    limit.abs() > FEW * fastest && (now * limit < 0.0 || rub * limit > 0.0)
 }
 
 /// The cycle from one impact at a point and a piece of ground to the next one there, at one instant.
 #[derive(Debug, Clone)]
-struct SinceLastHit<V> {
+struct SinceLastHit {
     /// At the start of the cycle: the point that is hit, the pieces under all points, and the gap rates of all points.
     point: usize,
     pieces: ContactValues<isize>,
     rates: ContactValues<f64>,
     /// Change of velocity in this cycle, and the tangential impulses at all points.
-    change: V,
+    change: Coordinates,
     rubs: ContactValues<f64>,
     /// Of the previous cycle: its change of velocity, and the ratio of the gap rates of the point that is hit at its end and its start.
-    before: Option<(V, f64)>,
+    before: Option<(Coordinates, f64)>,
 }
 
 /// Warning about contacts that were set to rest although they did not become slower; with the speed (m/s) below which they bounced, and the
@@ -294,7 +292,7 @@ impl SlowContacts {
     }
 }
 
-impl Driver<'_, AnyContacts> {
+impl Driver<'_> {
     /// Point `i` is about to be hit, after others at the same instant. If the cycles from one impact at `i` to the next shrink in
     /// one ratio r, with all changes of velocity, infinitely many of them are summed:
     ///
@@ -304,65 +302,44 @@ impl Driver<'_, AnyContacts> {
     ///
     /// Contacts whose rates become zero in the limit are hit infinitely often; they come to rest. Returns whether it summed.
     pub(super) fn sum_up(&mut self, i: usize) -> bool {
-        let rates: ContactValues<f64> = self.body.state.points.iter().map(|p| p.u).collect();
-        let pieces: ContactValues<isize> =
-            self.body.state.points.iter().map(|p| p.place.piece).collect();
-        let (gyration, fastest) = (self.body.state.rho2.sqrt(), self.body.fastest);
-        let size = |v: &Vector3<f64>| Vector3::new(v.x, v.y, gyration * v.z).norm();
-        let clock = self.log.clock;
-        let sequence = &mut self.body.sequence;
+        let (state, fastest, clock) = (&self.state, self.fastest, self.log.clock);
+        let count = state.count();
+        let rates: ContactValues<f64> = state.points().map(|(_, u)| u).collect();
+        let pieces: ContactValues<isize> = (0..count).map(|j| state.place(j).piece).collect();
+        let size = |change: &Coordinates| state.size(change);
         let (change, sum, start, rubs) =
-            match sequence.next(i, clock, &rates, pieces, size, fastest) {
+            match self.sequence.next(i, clock, &rates, pieces, size, fastest) {
                 GoesOn::Somehow => return false,
                 GoesOn::InVertex => {
-                    self.stop_in_vertex(i);
+                    if let Some(mut ground) = self.on_ground() {
+                        ground.stop_in_vertex(i);
+                    }
                     return true;
                 }
                 GoesOn::Shrinking { change, sum, start, rubs } => (change, sum, start, rubs),
             };
-        let mut end = self.body.state.clone();
-        end.center.v += change.xy() * sum;
-        end.spin.omega += change.z * sum;
-        for (j, p) in end.points.iter_mut().enumerate() {
-            if p.h > 0.0 {
-                p.u += sum * (p.normal.dot(&change.xy()) + p.b * change.z);
-                continue;
-            }
-            let Some(limit) = InstantImpacts::<Vector3<f64>>::limit_of_rate(p.u, start[j], sum)
-            else {
-                return false;
+        let mut end = state.clone();
+        end.add(&change, sum);
+        for j in 0..count {
+            let (h, u) = state.point(j);
+            let rate = match h > 0.0 {
+                true => Some(u + sum * state.rate_of(j, &change)),
+                false => limit_of_rate(u, start[j], sum),
             };
-            p.u = limit;
+            let Some(rate) = rate else { return false };
+            end.set_point(j, (h, rate));
         }
         // A contact that slides throughout has to slide in the same direction at the end.
         let turns_back = |j: usize| {
-            let (now, limit) = (self.body.state.slip(j), end.slip(j));
-            end.points[j].u == 0.0
-                && InstantImpacts::<Vector3<f64>>::turns_back(now, limit, rubs[j], fastest)
+            let (now, limit) = (state.slip(j), end.slip(j));
+            end.point(j).1 == 0.0 && turns_back(now, limit, rubs[j], fastest)
         };
-        if (0..rates.len()).any(turns_back) {
+        if (0..count).any(turns_back) {
             return false;
         }
-        self.body.state = end;
-        self.body.sequence.summed(&change, &rubs, sum);
+        self.state = end;
+        self.sequence.summed(&change, &rubs, sum);
         true
-    }
-
-    /// Point `i` hits the two pieces of a vertex in turn at one instant, for ever. In the limit its velocity w is zero; as the impulses of all
-    /// these impacts act at this one point, their sum is P = −W⁻¹w. A disc hits them with two points: it is stopped by the normal impulses,
-    /// which act at its centre.
-    pub(super) fn stop_in_vertex(&mut self, i: usize) {
-        let c = self.body.state.points[i].c;
-        let (w, slip, rate) = (
-            self.body.state.matrix_at(i, c),
-            self.body.state.along(i),
-            self.body.state.points[i].u,
-        );
-        let determinant = w.tt * w.nn - w.nt * w.nt;
-        let tangential = (w.nt * rate - w.nn * slip) / determinant;
-        let normal = (w.nt * slip - w.tt * rate) / determinant;
-        self.push(i, [tangential, normal], c);
-        self.body.state.points[i].u = 0.0;
     }
 
     /// After an impact with the speed `hit` (m/s): sets those contacts to rest that are so slow and so near the ground that their remaining
@@ -380,35 +357,29 @@ impl Driver<'_, AnyContacts> {
 
     /// Whether an impact with this speed (m/s) counts as one of an accumulation.
     pub(super) fn fades(&self, hit: f64) -> bool {
-        hit <= HIT_IN_TURN * CONTACT_STOPPED * self.body.fastest
-    }
-
-    /// See [`chatter_warning`].
-    pub(super) fn chatter_warning(&self) -> Option<String> {
-        chatter_warning(&self.body.stopped_chatter, self.body.fastest)
+        hit <= HIT_IN_TURN * CONTACT_STOPPED * self.fastest
     }
 
     /// `hit`: the speed of the collision; `by`: the speed of the impact that brings contacts to rest, in m/s; infinite if no impact does.
     fn stop(&mut self, hit: f64, by: f64) -> Option<Outcome> {
-        let limit = CONTACT_STOPPED * self.body.fastest;
-        let pulls: ContactValues<f64> =
-            (0..self.body.state.points.len()).map(|i| self.body.state.known_pull(i)).collect();
+        let limit = CONTACT_STOPPED * self.fastest;
+        let count = self.state.count();
+        let pulls: ContactValues<f64> = (0..count).map(|i| self.state.pull(i)).collect();
         // Without gravity, or with very little, a contact may be slow at any height.
-        let near = TOUCH * self.body.posture.size();
-        let speed = |(p, pull): (&ContactState, &f64)| match (p.h, *pull > 0.0) {
-            (0.0, _) => p.u.abs(),
-            (h, true) if h <= near => (p.u * p.u + 2.0 * pull * h).sqrt(),
+        let near = TOUCH * self.place();
+        let speed = |((h, u), pull): ((f64, f64), &f64)| match (h, *pull > 0.0) {
+            (0.0, _) => u.abs(),
+            (h, true) if h <= near => (u * u + 2.0 * pull * h).sqrt(),
             _ => f64::INFINITY,
         };
-        let speeds: ContactValues<f64> =
-            self.body.state.points.iter().zip(&pulls).map(speed).collect();
-        let (slow, watched) = self.body.slow.stopping(hit, &speeds, limit);
-        let (mut stopped, mut error, mut found) = (ContactValues::new(), 0.0_f64, false);
+        let speeds: ContactValues<f64> = self.state.points().zip(&pulls).map(speed).collect();
+        let (slow, watched) = self.slow.stopping(hit, &speeds, limit);
+        let (mut stopped, mut error) = (ContactValues::<usize>::new(), 0.0_f64);
         let mut stops: ContactValues<bool> =
-            self.body.state.points.iter().map(|p| p.h == 0.0 && p.u == 0.0).collect();
+            self.state.points().map(|point| point == (0.0, 0.0)).collect();
         for (i, &speed) in speeds.iter().enumerate().filter(|(i, _)| slow[*i]) {
-            (stops[i], found) = (true, true);
-            let loss = 1.0 - self.material(i).restitution;
+            stops[i] = true;
+            let loss = 1.0 - self.state.material(i).restitution;
             // A contact with upward effective gravity does not come to rest.
             if !self.resting[i] && pulls[i] >= 0.0 {
                 if pulls[i] > 0.0 {
@@ -417,31 +388,27 @@ impl Driver<'_, AnyContacts> {
                 stopped.push(i);
             }
         }
-        if found {
-            self.arrest(&stops);
-            self.body.state.reconcile(self.body.posture.size());
+        if slow.contains(&true) {
+            let change = self.state.arrest(&stops);
+            self.sequence.changes(&change);
+            self.state.reconcile(self.place());
             // Where a rate follows from others, it is their rounding error.
-            for (p, _) in self.body.state.points.iter_mut().zip(&stops).filter(|(_, stops)| **stops)
-            {
-                (p.h, p.u) = (0.0, 0.0);
+            for i in (0..count).filter(|&i| stops[i]) {
+                self.state.set_point(i, (0.0, 0.0));
             }
-            let (v, omega) = (self.body.state.center.v.norm(), self.body.state.spin.omega);
-            let speed = v + self.body.posture.size() * omega.abs();
-            if self.body.slow.chatters() && speed <= watched {
-                self.body.state.stand();
+            if self.slow.chatters() && self.speed() <= watched {
+                self.state.stand();
             }
         }
-        if stopped.is_empty() {
+        // Where another contact is about to be hit at this instant, the impacts go on.
+        if stopped.is_empty() || self.state.points().any(|(h, u)| h == 0.0 && u < 0.0) {
             return None;
         }
-        if self.body.slow.stopped() {
-            self.body
-                .stopped_chatter
-                .0
-                .extend(stopped.iter().map(|&i| self.body.state.points[i].place.contact));
-            self.body.stopped_chatter.1 = watched;
+        if self.slow.stopped() {
+            self.stopped_chatter.0.extend(stopped.iter().map(|&i| self.state.contact(i)));
+            self.stopped_chatter.1 = watched;
         }
-        self.settle(&stopped, None, false, error + self.nested.missing(self.body.state.gravity), by)
+        self.settle(&stopped, None, false, error + self.cycles.missing(self.state.gravity()), by)
     }
 }
 
@@ -464,9 +431,9 @@ mod tests {
     /// Point 1 is added to point 0 after the first impact, as the second point of a contact in a vertex is. The cycles of point 0 end with it.
     #[test]
     fn a_point_is_added_within_a_series_of_impacts() {
-        let (mut impacts, change) = (InstantImpacts::none(Vector3::zeros()), Vector3::x());
+        let (mut impacts, change) = (InstantImpacts::none(1), Coordinates::from_iter([1.0]));
         let now = Clock { hi: 1.0, lo: 0.0 };
-        let hit = |impacts: &mut InstantImpacts<Vector3<f64>>, rates: &[f64]| {
+        let hit = |impacts: &mut InstantImpacts, rates: &[f64]| {
             let pieces = rates.iter().map(|_| 0).collect();
             let next = impacts.next(0, now, rates, pieces, |v| v.norm(), 1.0);
             assert!(matches!(next, GoesOn::Somehow));

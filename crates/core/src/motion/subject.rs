@@ -14,6 +14,7 @@ use crate::math::mass_vector::Coordinates;
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, ProblemFields};
+use crate::motion::moving::Moving;
 use crate::sustained::frozen::Frozen;
 
 /// What moves in a run, and its start.
@@ -155,12 +156,40 @@ impl Subject {
         State { q: value(&now.y), qdot: value(&now.v) }.unsigned_zero()
     }
 
+    /// q and q̇ in this state.
+    pub(crate) fn state_of(&self, now: &Moving) -> State {
+        match now {
+            Moving::Turning(body) => body.state(),
+            Moving::Frozen(rows) => self.state(rows),
+        }
+    }
+
     /// Number of contacts.
     pub(crate) fn count(&self) -> usize {
         match self {
             Self::Body(body) => body.posture.contacts().len(),
             Self::Mechanism(start) => start.mechanism.contacts().len(),
             Self::Local(_) => 2,
+        }
+    }
+
+    /// Number of points of the subject among these contacts, and of corners of the ground on sides, which come last.
+    pub(crate) fn distinct(&self, closed: &[bool]) -> usize {
+        let (own, sides) = closed.split_at(self.count());
+        let count = |of: &[bool]| of.iter().filter(|closed| **closed).count();
+        count(sides)
+            + match self.posture() {
+                Some(posture) => posture.distinct().filter(|&i| own[i]).count(),
+                None => count(own),
+            }
+    }
+
+    /// Number of coordinates; a model without a body has none.
+    pub(crate) fn dof(&self) -> Option<usize> {
+        match self {
+            Self::Body(_) => Some(3),
+            Self::Mechanism(start) => Some(start.mechanism.dof()),
+            Self::Local(_) => None,
         }
     }
 

@@ -2,47 +2,47 @@
 
 use nalgebra::Vector2;
 
+use crate::body::contact::ContactValues;
 use crate::body::ground::MOST_IN_VERTICES;
 use crate::body::terrain::{Piece, Place};
 use crate::modes::Mode;
-use crate::motion::any::AnyContacts;
-use crate::motion::driver::Driver;
+use crate::motion::ground::OnGround;
 use crate::outcome::{Cause, ContactNumber};
 use crate::sustained::{BodyState, ContactState, Rounding};
 use crate::tolerance::{
     BODY_STOPPED, LANDS_TOGETHER, OVER_VERTEX, PLACE, STEEPER_PIECE, TOUCH, WEDGED,
 };
 
-impl Driver<'_, AnyContacts> {
+impl OnGround<'_, '_> {
     /// Contact `i` crosses the left (0) or right (1) end of the piece of terrain under it. The next piece is as high there, and
     /// the point continues over it; if there is none, the contact meets no terrain any more.
     pub(super) fn cross(&mut self, i: usize, side: usize) {
-        let count = self.body.contacts;
-        let contact = self.body.state.points[i].place.contact;
-        self.cause = self.resting[i].then_some(Cause::LeftSegment(ContactNumber::of(contact)));
-        if self.body.state.side_contact(i).is_some() {
+        let count = self.ground.contacts;
+        let contact = self.state.points[i].place.contact;
+        *self.cause = self.resting[i].then_some(Cause::LeftSegment(ContactNumber::of(contact)));
+        if self.state.side_contact(i).is_some() {
             self.leave_side(i, side);
             return;
         }
-        if let Some(twin) = (count..self.body.state.points.len())
-            .find(|&k| self.body.state.points[k].place.contact == contact)
+        if let Some(twin) = (count..self.state.points.len())
+            .find(|&k| self.state.points[k].place.contact == contact)
         {
             // At a vertex it had two pieces; the other one remains.
             if i < count {
-                self.body.state.points[i] = self.body.state.points[twin];
+                self.state.points[i] = self.state.points[twin];
                 self.resting[i] = self.resting[twin];
             }
-            self.body.state.points.remove(twin);
+            self.state.points.remove(twin);
             self.resting.remove(twin);
             return;
         }
         if self.wedge(i, side) {
             return;
         }
-        let (p, old) = (self.neighbour(i, side), self.body.state.points[i]);
-        self.body.state.points[i] = p;
+        let (p, old) = (self.neighbour(i, side), self.state.points[i]);
+        self.state.points[i] = p;
         self.resting[i] &= p.h == 0.0 && p.u == 0.0;
-        let passed = self.body.posture.piece(contact, old.place.piece).filter(|_| old.h == 0.0);
+        let passed = self.ground.posture.piece(contact, old.place.piece).filter(|_| old.h == 0.0);
         if let Some(vertex) = passed.map(|piece| piece.ends[side].vertex) {
             self.go_on_along_side(i, vertex);
         }
@@ -50,17 +50,17 @@ impl Driver<'_, AnyContacts> {
 
     /// The state of contact `i`, at an end of the piece of terrain under it, over the next piece.
     pub(super) fn neighbour(&self, i: usize, side: usize) -> ContactState {
-        let old = self.body.state.points[i];
+        let old = self.state.points[i];
         let mut p = old;
         let Place { contact, piece, .. } = old.place;
         let step = if side == 0 { -1 } else { 1 };
-        let (arm, at) = (old.arm(), self.body.state.position(i, &self.body.posture));
-        let Some(ground) = self.body.posture.ground(contact) else { return old };
+        let (arm, at) = (old.arm(), self.state.position(i, &self.ground.posture));
+        let Some(ground) = self.ground.posture.ground(contact) else { return old };
         p.place = ground.place(contact, piece + step, &at);
         // Where separating lines have crossed each other, the point has crossed several of them.
         while ground.has_walls
             && p.place.sides[side] < 0.0
-            && self.body.posture.piece(contact, p.place.piece).is_some()
+            && self.ground.posture.piece(contact, p.place.piece).is_some()
         {
             p.place = ground.place(contact, p.place.piece + step, &at);
         }
@@ -76,7 +76,7 @@ impl Driver<'_, AnyContacts> {
         if !ground.has_walls {
             p.place.sides[side] = piece.ends[1].vertex.x - piece.ends[0].vertex.x;
         }
-        let velocity = old.tangent * self.body.state.along(i) + old.normal * old.u;
+        let velocity = old.tangent * self.state.along(i) + old.normal * old.u;
         (p.tangent, p.normal) = (piece.tangent, piece.normal);
         (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
         (p.held, p.depth) = (None, 0.0);
@@ -87,7 +87,7 @@ impl Driver<'_, AnyContacts> {
             p.h = f64::INFINITY;
             return p;
         }
-        let (height, touch) = (piece.height(&at), TOUCH * self.body.posture.size());
+        let (height, touch) = (piece.height(&at), TOUCH * self.ground.posture.size());
         let known = old.h < f64::INFINITY && is_next;
         if known && old.place.across[side] != Vector2::x() {
             p.h = old.h; // on the bisector
@@ -99,24 +99,23 @@ impl Driver<'_, AnyContacts> {
         }
         p.h = if height >= -touch { height.max(0.0) } else { f64::INFINITY };
         p.depth = if height >= -touch { 0.0 } else { -height };
-        let terms =
-            self.body.state.center.r.norm() + p.b.abs() + p.c.abs() + self.body.posture.size();
+        let terms = self.state.center.r.norm() + p.b.abs() + p.c.abs() + self.ground.posture.size();
         p.rounding = Rounding { gap: f64::EPSILON * terms, ..old.rounding };
         p
     }
 
     /// Puts a contact on both pieces of a vertex between rising pieces if it has come to rest. Returns whether it has.
     pub(super) fn wedge(&mut self, i: usize, side: usize) -> bool {
-        let old = self.body.state.points[i];
+        let old = self.state.points[i];
         let next = if side == 0 { old.place.piece - 1 } else { old.place.piece + 1 };
-        let Some(piece) = self.body.posture.piece(old.place.contact, next) else { return false };
+        let Some(piece) = self.ground.posture.piece(old.place.contact, next) else { return false };
         let rises = old.tangent.perp(&piece.tangent) * if side == 0 { -1.0 } else { 1.0 };
-        let along = self.body.state.along(i);
+        let along = self.state.along(i);
         let height = old.h + old.place.sides[side] / old.place.across[side].dot(&old.tangent);
-        let square = along * along + old.u * old.u + 2.0 * self.body.state.gravity * height;
+        let square = along * along + old.u * old.u + 2.0 * self.state.gravity * height;
         let limit = self.wedged(i);
         // Without gravity a contact may be slow at any height.
-        let near = height <= TOUCH * self.body.posture.size();
+        let near = height <= TOUCH * self.ground.posture.size();
         let slow = square <= limit * limit;
         if !(rises > 0.0 && near && (slow || self.meets_both(i, side, piece))) {
             return false;
@@ -124,31 +123,43 @@ impl Driver<'_, AnyContacts> {
         // A disc that rolls to and fro between the pieces comes to rest: its rolling is not zero by itself.
         let turns = old.radius > 0.0 && self.speed() <= limit * BODY_STOPPED;
         if turns {
-            self.body.state.stand();
+            self.state.stand();
         } else if !slow {
             self.stop_in_vertex(i);
         }
-        let old = self.body.state.points[i];
+        let old = self.state.points[i];
         let mut p = old;
         (p.h, p.u, p.place.sides[side]) = (0.0, 0.0, 0.0);
-        let one = std::mem::replace(&mut self.body.state.points[i], p);
+        let one = std::mem::replace(&mut self.state.points[i], p);
         let twin = ContactState { h: 0.0, u: 0.0, ..self.neighbour(i, side) };
-        self.body.state.points.push(twin);
+        self.state.points.push(twin);
         // If a body in flight turns so fast that the contact is accelerated away from both pieces, the contact leaves at once.
-        let leaves = |k: usize| self.body.state.known_pull(k) < 0.0;
-        if !self.resting.contains(&true) && leaves(i) && leaves(self.body.state.points.len() - 1) {
-            self.body.state.points.pop();
-            self.body.state.points[i] = one;
+        let leaves = |k: usize| self.state.known_pull(k) < 0.0;
+        if !self.resting.contains(&true) && leaves(i) && leaves(self.state.points.len() - 1) {
+            self.state.points.pop();
+            self.state.points[i] = one;
             return false;
         }
         self.resting.push(true);
         true
     }
 
+    /// Puts those of these points that have come to rest in vertices on both pieces; returns them, and the largest of their speeds that count as
+    /// zero, in m/s.
+    pub(super) fn wedge_all(&mut self, points: &[usize]) -> (ContactValues<usize>, f64) {
+        if self.state.points.len() != self.ground.contacts {
+            return (ContactValues::new(), 0.0);
+        }
+        let wedged: ContactValues<usize> =
+            points.iter().copied().filter(|&i| self.wedge(i, 0) || self.wedge(i, 1)).collect();
+        let slowest = wedged.iter().map(|&i| self.wedged(i)).fold(0.0, f64::max);
+        (wedged, slowest)
+    }
+
     /// Whether point `i`, in a vertex at this end of its piece, comes to its tip so slowly that the rates of the gaps to both pieces are
     /// rounding error. In a narrow vertex the speed along the pieces that remains is larger, by the inverse of the angle between them.
     fn meets_both(&self, i: usize, side: usize, other: &Piece) -> bool {
-        let (state, p) = (&self.body.state, &self.body.state.points[i]);
+        let (state, p) = (&self.state, &self.state.points[i]);
         let along = state.along(i);
         let inwards = if side == 0 { along < 0.0 } else { along > 0.0 };
         let speed = state.center.v.norm() + p.arm().norm() * state.spin.omega.abs();
@@ -159,8 +170,8 @@ impl Driver<'_, AnyContacts> {
 
     /// Puts contacts that start at rest in vertices on both pieces.
     pub(super) fn rest_in_vertices(&mut self) {
-        for i in 0..self.body.contacts {
-            let ContactState { h, u, place, .. } = self.body.state.points[i];
+        for i in 0..self.ground.contacts {
+            let ContactState { h, u, place, .. } = self.state.points[i];
             let mut ends = (0..2).filter(|&side| place.sides[side] == 0.0);
             if (h, u) == (0.0, 0.0) && ends.any(|side| self.wedge(i, side)) {
                 *self.resting.last_mut().unwrap_or(&mut false) = false; // its rest is not recorded yet
@@ -170,17 +181,16 @@ impl Driver<'_, AnyContacts> {
 
     /// The end of its piece at which point `i`, on the ground, is in a convex vertex.
     pub(super) fn convex_end(&self, i: usize) -> Option<usize> {
-        let p = &self.body.state.points[i];
-        if p.h != 0.0 || p.place.sides == [f64::INFINITY; 2] || self.body.state.second(i).is_some()
-        {
+        let p = &self.state.points[i];
+        if p.h != 0.0 || p.place.sides == [f64::INFINITY; 2] || self.state.second(i).is_some() {
             return None;
         }
-        let error = self.body.state.position_error(i, &self.body.posture);
+        let error = self.state.position_error(i, &self.ground.posture);
         // A gap that has come down with a larger error, in many bounces, ends so far from the vertex.
         let error = error.max(LANDS_TOGETHER * p.rounding.gap);
         let falls = |side: &usize| {
             let to: isize = if *side == 0 { -1 } else { 1 };
-            let next = self.body.posture.piece(p.place.contact, p.place.piece + to);
+            let next = self.ground.posture.piece(p.place.contact, p.place.piece + to);
             p.place.sides[*side] <= error
                 && next.is_some_and(|next| (to as f64) * p.tangent.perp(&next.tangent) < 0.0)
         };
@@ -197,12 +207,12 @@ impl Driver<'_, AnyContacts> {
     /// unless it is on the other one already, or a side of the body that ends at the point lies on the vertex: then it approaches neither.
     pub(super) fn choose_by_velocity(&mut self, i: usize) {
         let Some(side) = self.convex_end(i) else { return };
-        let (p, other) = (self.body.state.points[i], self.beyond_vertex(i, side));
-        let speed = p.u.abs() + self.body.state.along(i).abs();
+        let (p, other) = (self.state.points[i], self.beyond_vertex(i, side));
+        let speed = p.u.abs() + self.state.along(i).abs();
         if speed <= self.sliding_speed() {
             return;
         }
-        let fall = self.body.state.fall;
+        let fall = self.state.fall;
         let (up, down) =
             if other.normal.dot(&fall) < p.normal.dot(&fall) { (other, p) } else { (p, other) };
         let off_side = self.off_side(&p, &other);
@@ -215,31 +225,31 @@ impl Driver<'_, AnyContacts> {
             false => down,
         };
         self.resting[i] &= chosen.normal == p.normal;
-        self.body.state.points[i] = chosen;
+        self.state.points[i] = chosen;
     }
 
     /// The vertex at this end of the piece of a point.
     fn vertex(&self, p: &ContactState, side: usize) -> Option<Vector2<f64>> {
-        let piece = self.body.posture.piece(p.place.contact, p.place.piece)?;
+        let piece = self.ground.posture.piece(p.place.contact, p.place.piece)?;
         Some(piece.ends[side].vertex)
     }
 
     /// Puts point `i`, if it starts in a concave vertex and approaches both pieces, onto the piece that faces up more. The choice of the
     /// piece that is hit first thus does not depend on the order of the pieces.
     pub(super) fn choose_by_facing(&mut self, i: usize) {
-        let p = self.body.state.points[i];
+        let p = self.state.points[i];
         let free = p.place.sides == [f64::INFINITY; 2];
-        if free || p.h != 0.0 || p.u >= 0.0 || self.body.state.second(i).is_some() {
+        if free || p.h != 0.0 || p.u >= 0.0 || self.state.second(i).is_some() {
             return;
         }
-        let fall = self.body.state.fall;
-        let speed = p.u.abs() + self.body.state.along(i).abs();
+        let fall = self.state.fall;
+        let speed = p.u.abs() + self.state.along(i).abs();
         for side in (0..2).filter(|&side| p.place.sides[side] == 0.0) {
             let other = self.neighbour(i, side);
             let hit = other.h == 0.0 && other.u < -PLACE * speed;
             if hit && other.normal.dot(&fall) < p.normal.dot(&fall) {
                 self.resting[i] = false;
-                self.body.state.points[i] = other;
+                self.state.points[i] = other;
                 return;
             }
         }
@@ -247,17 +257,17 @@ impl Driver<'_, AnyContacts> {
 
     /// Point `i`, which comes to an end of its piece, lands at the same instant in a convex vertex. Returns whether it does.
     pub(super) fn lands_in_vertex(&mut self, i: usize) -> bool {
-        let p = self.body.state.points[i];
-        let error = self.body.state.position_error(i, &self.body.posture);
+        let p = self.state.points[i];
+        let error = self.state.position_error(i, &self.ground.posture);
         if !(p.u < 0.0 && p.h <= error) {
             return false;
         }
-        self.body.state.points[i].h = 0.0;
+        self.state.points[i].h = 0.0;
         let lands = self.convex_end(i).is_some();
         if lands {
             self.choose_by_velocity(i);
         } else {
-            self.body.state.points[i].h = p.h;
+            self.state.points[i].h = p.h;
         }
         lands
     }
@@ -266,10 +276,10 @@ impl Driver<'_, AnyContacts> {
     /// first by whether a consistent word holds all closed contacts fixed, then by the number of contacts that stay on their pieces. The
     /// first of the best ones is taken.
     pub(super) fn stay_in_vertices(&mut self) {
-        let points = &self.body.state.points;
+        let points = &self.state.points;
         let rests = |i: &usize| points[*i].h == 0.0 && points[*i].u == 0.0;
-        let still = |i: usize| self.body.state.slip(i).abs() <= self.sliding_speed();
-        let ends: Vec<(usize, usize)> = (0..self.body.contacts)
+        let still = |i: usize| self.state.slip(i).abs() <= self.sliding_speed();
+        let ends: Vec<(usize, usize)> = (0..self.ground.contacts)
             .filter(rests)
             .filter_map(|i| Some((i, self.convex_end(i).filter(|_| still(i))?)))
             .take(MOST_IN_VERTICES)
@@ -279,11 +289,11 @@ impl Driver<'_, AnyContacts> {
         }
         let way = |slip: f64| i8::from(slip > 0.0) - i8::from(slip < 0.0);
         let ways: Vec<Option<i8>> = (0..points.len())
-            .map(|i| rests(&i).then(|| if still(i) { 0 } else { way(self.body.state.slip(i)) }))
+            .map(|i| rests(&i).then(|| if still(i) { 0 } else { way(self.state.slip(i)) }))
             .collect();
         let mut best: Option<((bool, usize), BodyState)> = None;
         for choice in 0..1_usize << ends.len() {
-            let (mut body, mut inwards) = (self.body.state.clone(), vec![None; points.len()]);
+            let (mut body, mut inwards) = (self.state.clone(), vec![None; points.len()]);
             for (bit, &(i, side)) in ends.iter().enumerate() {
                 let moves = choice >> bit & 1 == 1;
                 if moves {
@@ -298,23 +308,23 @@ impl Driver<'_, AnyContacts> {
             }
         }
         if let Some((_, body)) = best {
-            self.body.state = body;
+            *self.state = body;
         }
     }
 
     /// Puts contacts that leave a vertex over the piece towards which they move.
     pub(super) fn leave_vertices(&mut self) {
-        let count = self.body.contacts;
-        while let Some(twin) = self.body.state.points.pop() {
-            if self.body.state.points.len() < count {
-                self.body.state.points.push(twin);
+        let count = self.ground.contacts;
+        while let Some(twin) = self.state.points.pop() {
+            if self.state.points.len() < count {
+                self.state.points.push(twin);
                 break;
             }
-            let i = self.body.posture.point_of(twin.place.contact);
-            let twin_on_right = twin.place.piece > self.body.state.points[i].place.piece;
-            let away = self.body.state.side(i, usize::from(twin_on_right)).u > 0.0; // from the vertex
+            let i = self.ground.posture.point_of(twin.place.contact);
+            let twin_on_right = twin.place.piece > self.state.points[i].place.piece;
+            let away = self.state.side(i, usize::from(twin_on_right)).u > 0.0; // from the vertex
             if !away {
-                self.body.state.points[i] = twin;
+                self.state.points[i] = twin;
             }
         }
         self.resting.truncate(count);
@@ -322,7 +332,7 @@ impl Driver<'_, AnyContacts> {
 
     /// Speed of point `i` in a vertex that counts as zero, in m/s.
     pub(super) fn wedged(&self, i: usize) -> f64 {
-        let rubs = self.body.state.points[i].friction > 0.0;
-        if rubs { self.sliding_speed() } else { WEDGED * self.body.fastest }
+        let rubs = self.state.points[i].friction > 0.0;
+        if rubs { self.sliding_speed() } else { WEDGED * self.fastest }
     }
 }

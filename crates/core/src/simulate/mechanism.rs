@@ -6,8 +6,8 @@ use crate::body::Mechanism;
 use crate::collisions::log::Spin;
 use crate::error::{Error, finite};
 use crate::math::compensated_sum;
+use crate::motion::Driver;
 use crate::motion::subject::{MechanismStart, Subject};
-use crate::motion::{Driver, Jointed};
 use crate::options::{Model, Options};
 use crate::outcome::ModelReason;
 use crate::simulate::limits::{clatters, touch};
@@ -122,7 +122,7 @@ pub fn simulate_mechanism_until(
         hidden,
         hidden_velocity,
     }));
-    let mut driver = Driver::<Jointed>::of_rows(state, place, subject, options, warnings, cancel);
+    let mut driver = Driver::of_rows(state, place, subject, options, warnings, cancel);
     if driver.run().is_none() {
         return Ok(None);
     }

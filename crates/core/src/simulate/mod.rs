@@ -150,7 +150,6 @@ mod tests {
     use crate::body::Lamina;
     use crate::body::contact::Contact;
     use crate::body::posture::PostureFields;
-    use crate::motion::AnyContacts;
     use crate::options::MOST_RECORDED;
     use crate::outcome::Outcome;
     use crate::simulate::start::never_turns;
@@ -222,7 +221,7 @@ mod tests {
         assert!(!never_turns(&on_one_foot(0.3, 0.5, 0.2), &dropped)); // the arm is not along the normal
     }
 
-    fn fall(model: Model, record: bool) -> Driver<'static, AnyContacts> {
+    fn fall(model: Model, record: bool) -> Driver<'static> {
         let rod = Posture::rod(
             0.5,
             &Lamina {

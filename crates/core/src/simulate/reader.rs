@@ -10,13 +10,13 @@ use crate::math::clock::Clock;
 use crate::math::roots::ORDER;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{Mode, Word, mechanism_forces};
+use crate::motion::moving::Moving;
 use crate::motion::record::{Motion, Record};
-use crate::motion::{AnyContacts, Driver, Jointed};
+use crate::motion::replay::within_sum;
 use crate::options::Model;
 use crate::outcome::{Instant, Outcome};
 use crate::simulate::start::Start;
 use crate::simulate::trajectory::{Flight, Piece, Trajectory};
-use crate::sustained::frozen::Frozen;
 use crate::sustained::{BodyState, Step};
 use crate::tolerance::STILL;
 
@@ -45,17 +45,8 @@ pub struct Reader<'a> {
     held: Option<Held<'a>>,
 }
 
-/// The body at an instant.
-#[allow(
-    clippy::large_enum_variant,
-    reason = "each is read at once; a box would cost an allocation"
-)]
-enum Now<'a> {
-    /// A body, with the mode of each of its points.
-    Body(BodyState, Cow<'a, [Mode]>),
-    /// A mechanism, with the mode of each contact.
-    Jointed(Box<Frozen>, Cow<'a, [Mode]>),
-}
+/// The state at an instant, with the mode of each of its points.
+type Now<'a> = (Moving, Cow<'a, [Mode]>);
 
 impl<'a> Reader<'a> {
     pub(super) fn new(run: &'a Trajectory) -> Self {
@@ -72,18 +63,15 @@ impl<'a> Reader<'a> {
     /// [`Error::Unusable`] if nothing was recorded, if `t` lies outside the run, or if `t` lies so close to the end of a sum of
     /// impacts that more than 100 000 events of the sum come before it.
     pub fn at(&mut self, t: f64) -> Result<Instant, Error> {
-        let Some(now) = self.now(t)? else { return Ok(self.run.record.end.instant()) };
-        match now {
-            Now::Body(body, _) => {
-                let Some(posture) = self.run.posture() else { unreachable!("the body has one") };
-                Ok(body.instant(posture))
-            }
-            Now::Jointed(state, _) => Ok(Instant {
-                state: self.run.record.subject.state(&state),
-                gaps: state.points.iter().map(|p| p.h.unsigned_zero()).collect(),
-                rates: state.points.iter().map(|p| p.u.unsigned_zero()).collect(),
-            }),
-        }
+        let Some((state, _)) = self.now(t)? else { return Ok(self.run.record.end.instant()) };
+        Ok(match (&state, self.run.posture()) {
+            (Moving::Turning(body), Some(posture)) => body.instant(posture),
+            _ => Instant {
+                state: self.run.record.subject.state_of(&state),
+                gaps: state.points().map(|(h, _)| h.unsigned_zero()).collect(),
+                rates: state.points().map(|(_, u)| u.unsigned_zero()).collect(),
+            },
+        })
     }
 
     /// q and q̇ at time `t`; without a body only θ and ω are defined. As [`at`](Self::at), without the gaps.
@@ -94,8 +82,7 @@ impl<'a> Reader<'a> {
     pub fn state(&mut self, t: f64) -> Result<State, Error> {
         Ok(match self.now(t)? {
             None => self.run.record.end.state,
-            Some(Now::Body(body, _)) => body.state(),
-            Some(Now::Jointed(state, _)) => self.run.record.subject.state(&state),
+            Some((state, _)) => self.run.record.subject.state_of(&state),
         })
     }
 
@@ -111,7 +98,7 @@ impl<'a> Reader<'a> {
         };
         let elapsed = t - self.run.options().time;
         Ok(match self.now(t)? {
-            Some(Now::Jointed(state, _)) => Some(start.coordinates(&state, elapsed)),
+            Some((Moving::Frozen(rows), _)) => Some(start.coordinates(&rows, elapsed)),
             _ => self.run.coordinates(),
         })
     }
@@ -174,41 +161,31 @@ impl<'a> Reader<'a> {
             (self.index, self.held) = (k, None);
         }
         let (Record { subject, spans, .. }, options) = (&*self.run.record, self.run.options());
-        let Some(motion) = self.motion(k) else {
-            let piece = self.run.pieces().ok()?.get(k)?;
-            return Some(match (piece.flight.as_ref()?, &spans[piece.span].motion) {
-                (Flight::Body(index), Motion::Modes(start, modes)) => {
-                    let state = self.run.after_collision(start, *index)?;
-                    Now::Body(state.flown(dt), Cow::Borrowed(modes))
+        let piece = self.run.pieces().ok()?.get(k)?;
+        if let Some(flight) = &piece.flight {
+            let start = spans[piece.span].motion.start();
+            let state = match (flight, start) {
+                (Flight::Body(index), Moving::Turning(start)) => {
+                    Moving::Turning(Box::new(self.run.after_collision(start, *index)?))
                 }
-                (Flight::Body(_), _) => return None,
-                (Flight::Jointed(state), _) => {
-                    let modes = vec![Mode::Separate; state.points.len()];
-                    Now::Jointed(Box::new(state.flown(dt)), Cow::Owned(modes))
-                }
-            });
-        };
-        Some(match motion {
-            Motion::Modes(body, modes) => {
-                let held = self.held.get_or_insert_with(|| Held::new(body, modes));
-                Now::Body(held.at(dt), Cow::Borrowed(modes))
+                (Flight::Rows(rows), _) => Moving::Frozen(rows.clone()),
+                (Flight::Body(_), Moving::Frozen(_)) => return None,
+            };
+            let modes = vec![Mode::Separate; state.count()];
+            return Some((state.flown(dt), Cow::Owned(modes)));
+        }
+        Some(match &spans[piece.span].motion {
+            Motion::Modes { start: Moving::Turning(body), word, .. } => {
+                let held = self.held.get_or_insert_with(|| Held::new(body, word));
+                (Moving::Turning(Box::new(held.at(dt))), Cow::Borrowed(word))
             }
-            Motion::Cycles { start, fastest, tail } => {
-                let posture = self.run.posture()?;
-                let (body, modes) = Driver::<AnyContacts>::resimulate_cycles(
-                    posture, start, *fastest, *tail, subject, options, dt,
-                )?;
-                Now::Body(body, Cow::Owned(modes.to_vec()))
+            Motion::Modes { start: Moving::Frozen(rows), word, acceleration } => {
+                let state = rows.after(word, acceleration.as_ref()?, dt);
+                (Moving::Frozen(Box::new(state)), Cow::Borrowed(word))
             }
-            Motion::Jointed { start, word, acceleration } => {
-                let state = start.after(word, acceleration, dt);
-                Now::Jointed(Box::new(state), Cow::Borrowed(word))
-            }
-            Motion::JointedTail { start, fastest, tail } => {
-                let (state, modes) = Driver::<Jointed>::resimulate_sum(
-                    start, *fastest, *tail, subject, options, dt,
-                )?;
-                Now::Jointed(Box::new(state), Cow::Owned(modes.to_vec()))
+            Motion::Sum { start, fastest, tail } => {
+                let (state, modes) = within_sum(start, *fastest, *tail, subject, options, dt)?;
+                (state, Cow::Owned(modes.to_vec()))
             }
         })
     }
@@ -238,19 +215,18 @@ impl<'a> Reader<'a> {
         let piece = self.piece_at(t)?;
         let Some((k, dt)) = piece else { return unknown() };
         let open = [Outcome::Zeno, Outcome::Inconsistent, Outcome::Ambiguous];
-        let sum =
-            || matches!(self.motion(k), Some(Motion::Cycles { .. } | Motion::JointedTail { .. }));
+        let sum = || matches!(self.motion(k), Some(Motion::Sum { .. }));
         if t == self.run.time() && (open.contains(&self.run.outcome()) || sum()) {
             return unknown();
         }
         if let Some(mechanism) = self.run.mechanism() {
-            let Some(Now::Jointed(_, modes)) = self.moving(k, dt) else { return Err(too_deep(t)) };
+            let Some((_, modes)) = self.moving(k, dt) else { return Err(too_deep(t)) };
             return Ok(forces_of(mechanism, &modes).unwrap_or(vec![[f64::NAN; 2]; count]));
         }
         let Some(posture) = self.run.posture() else { return unknown() };
         let (body, modes) = match self.moving(k, dt).ok_or_else(|| too_deep(t))? {
-            Now::Body(body, modes) => (body, modes),
-            Now::Jointed(state, modes) => {
+            (Moving::Turning(body), modes) => (*body, modes),
+            (Moving::Frozen(state), modes) => {
                 let at = self.run.record.subject.state(&state);
                 let (gaps, rates): (Vec<f64>, Vec<f64>) =
                     state.points.iter().map(|p| (p.h, p.u)).unzip();

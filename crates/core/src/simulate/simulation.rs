@@ -8,7 +8,6 @@ use crate::enclosure;
 use crate::error::Error;
 use crate::excitation::{Change, Excitation, lasting};
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::motion::plain::is_plain;
 use crate::motion::record::Record;
 use crate::options::{Edges, Model, Options};
 use crate::outcome::{End, FirstZeno, ModelReason};
@@ -141,21 +140,12 @@ impl<'a> Simulation<'a> {
             return Ok(self.motion()?.map(|run| end_of(&run)));
         }
         let start = Start::new(posture, &self.start, self.choose().0)?;
-        Ok(if start.model == Model::Local && is_plain(posture, options) {
-            start.frozen_driver(posture, &self.start, options, cancel).end()
-        } else {
-            start.driver(posture, &self.start, options, cancel).end()
-        })
+        Ok(start.driver(posture, &self.start, options, cancel).end())
     }
 
     /// The record of a run with these changes; `None` if cancelled.
     fn record(&self, start: Start, changes: &[Change]) -> Option<Box<Record>> {
         let Self { posture, ref options, cancel, .. } = *self;
-        if start.model == Model::Local && is_plain(posture, options) {
-            let mut driver = start.frozen_driver(posture, &self.start, options, cancel);
-            driver.run_stages(changes, options)?;
-            return Some(driver.record);
-        }
         let mut driver = start.driver(posture, &self.start, options, cancel);
         driver.run_stages(changes, options)?;
         Some(driver.record)

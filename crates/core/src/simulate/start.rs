@@ -12,8 +12,9 @@ use crate::collisions::log::{Center, Spin};
 use crate::error::{Error, in_range};
 use crate::math::mass_vector::Coordinates;
 use crate::math::turn::Turn;
+use crate::motion::Driver;
+use crate::motion::plain::is_plain;
 use crate::motion::subject::Subject;
-use crate::motion::{AnyContacts, Driver, Jointed};
 use crate::options::{Model, Options};
 use crate::outcome::ContactSet;
 use crate::simulate::limits::{clatters, returns, touch};
@@ -107,18 +108,21 @@ impl Start {
         ContactSet::of_gaps(&self.heights)
     }
 
-    /// The driver of a motion in the full geometry, or of one of which [`is_plain`](crate::motion::plain::is_plain) is false.
+    /// The driver of the motion: in the local model of one or two contacts without friction in impacts, with constant rows.
     pub(super) fn driver<'c>(
         self,
         posture: &Posture,
         state: &State,
         options: &Options,
         cancel: &'c dyn Fn() -> bool,
-    ) -> Driver<'c, AnyContacts> {
+    ) -> Driver<'c> {
+        if self.model == Model::Local && is_plain(posture, options) {
+            return self.frozen_driver(posture, state, options, cancel);
+        }
         let Self { model, heights, rates, warnings } = self;
         let subject = Subject::of_body(posture, state);
         let start = Self::body_state(posture, state, &heights, &rates, model == Model::Local);
-        Driver::of_any(posture, start, subject, options, warnings, cancel)
+        Driver::of_body(posture, start, subject, options, warnings, cancel)
     }
 
     /// The state of the body, with these gaps (m) and rates (m/s) of its contacts.
@@ -135,7 +139,8 @@ impl Start {
             let under = posture.under_moving(i, state, local);
             let ContactGeometry { tangent, normal, .. } = under.geometry;
             let (b, c) = under.geometry.turned(&turn);
-            let friction = posture.contacts()[i].friction;
+            let contact = posture.contacts()[i];
+            let restitution = [under.geometry.restitution, contact.tangential_restitution];
             let (mut place, h, u) = (under.place, heights[i], rates[i]);
             if (h, u) == (0.0, 0.0) {
                 let [known, _] =
@@ -151,7 +156,8 @@ impl Start {
             ContactState {
                 normal,
                 tangent,
-                friction,
+                friction: contact.friction,
+                restitution,
                 b,
                 c,
                 radius: under.geometry.radius,
@@ -181,14 +187,13 @@ impl Start {
         start
     }
 
-    /// The driver of a motion in the local model of which [`is_plain`](crate::motion::plain::is_plain) is true.
-    pub(super) fn frozen_driver<'c>(
+    fn frozen_driver<'c>(
         self,
         posture: &Posture,
         state: &State,
         options: &Options,
         cancel: &'c dyn Fn() -> bool,
-    ) -> Driver<'c, Jointed> {
+    ) -> Driver<'c> {
         let Self { heights, rates, warnings, .. } = self;
         let (v, rho) = (state.qdot, posture.gyration_squared().sqrt());
         let (far, fast) = (state.q.xy().norm() + posture.size(), v.xy().norm());

@@ -19,7 +19,7 @@ use crate::flight::LOST_PHASE;
 use crate::math::clock::Clock;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, MechanismProblem, Mode};
-use crate::motion::record::{Moment, Motion, Record, Span, ZenoRecord};
+use crate::motion::record::{Moment, Motion, Record, ZenoRecord};
 use crate::options::{Model, Options};
 use crate::outcome::{
     Cause, ContactKind, ContactNumber, ContactSet, Enclosure, ImpactRecord, Instant, ModelReason,
@@ -30,7 +30,6 @@ use crate::simulate::{Simulation, simulate_local_until, simulate_mechanism_until
 use crate::sustained::BodyState;
 use crate::sustained::frozen::Frozen;
 use crate::tolerance::{CLOCK_ROUNDINGS, OUTSIDE_PROVED_BOUNDS};
-use crate::zeno::{Gaps, Impulses};
 
 /// Largest number of times of [`Trajectory::sample_times`]: the motion at them takes 0.6 GB.
 pub const MOST_SAMPLES: usize = 10_000_000;
@@ -49,7 +48,8 @@ pub(super) struct Piece {
 pub(super) enum Flight {
     /// Of a body, after the plain collision with this number.
     Body(usize),
-    Jointed(Box<Frozen>),
+    /// Over constant rows.
+    Rows(Box<Frozen>),
 }
 
 /// The pieces of a run, and for each collision the normal impulse per unit mass divided by the own-rate jump.
@@ -836,18 +836,25 @@ impl Trajectory {
                 .spans
                 .get(k + 1)
                 .map_or(record.collisions.len(), |next| next.first_collision);
-            if let Motion::Jointed { start, .. } = &span.motion {
-                self.expand_jointed(k, span, last, start, &mut expanded);
-                continue;
-            }
             // An impact that ends a contact phase is followed by a span of its own.
-            let flies = matches!(&span.motion, Motion::Modes(_, word) if word.iter().all(|&mode| mode == Mode::Separate));
+            let flies = matches!(&span.motion, Motion::Modes { word, .. } if word.iter().all(|&mode| mode == Mode::Separate));
+            let (mut rows, mut clock) = (span.motion.start().frozen().cloned(), span.clock);
             for index in span.first_collision..last {
                 let c = &record.collisions[index];
-                let theta = record.bodies.get(index).map_or(0.0, |(_, spin)| spin.theta);
-                expanded.fractions.push(record.subject.translational_fraction(c.contact, theta));
+                let flight = if let Some(rows) = &mut rows {
+                    let (own, gaps) = c.effects();
+                    *rows = rows.hit(c.elapsed.since(clock), &own, &gaps);
+                    clock = c.elapsed;
+                    expanded.fractions.push(1.0 / rows.space().normal(c.contact, c.contact));
+                    Flight::Rows(Box::new(rows.clone()))
+                } else {
+                    let theta = record.bodies.get(index).map_or(0.0, |(_, spin)| spin.theta);
+                    let fraction = record.subject.translational_fraction(c.contact, theta);
+                    expanded.fractions.push(fraction);
+                    Flight::Body(index)
+                };
                 if flies {
-                    let flight = Some(Flight::Body(index));
+                    let flight = Some(flight);
                     expanded.pieces.push(Piece { clock: c.elapsed, span: k, flight });
                 }
             }
@@ -857,34 +864,10 @@ impl Trajectory {
 
     /// The body after this plain collision of a flight that begins at `start`.
     pub(super) fn after_collision(&self, start: &BodyState, index: usize) -> Option<BodyState> {
-        let (record, mut gaps) = (&self.record, Gaps::default());
-        let (c, &(center, spin)) = (record.collisions.get(index)?, record.bodies.get(index)?);
-        (gaps.h[1 - c.contact], gaps.u) = (c.other_gap, c.after);
+        let record = &self.record;
+        let (_, gaps) = record.collisions.get(index)?.effects();
+        let &(center, spin) = record.bodies.get(index)?;
         Some(start.moved(record.subject.pair()?, gaps, center, spin))
-    }
-
-    /// The same for a span of a mechanism, up to this collision.
-    fn expand_jointed(
-        &self,
-        k: usize,
-        span: &Span,
-        last: usize,
-        start: &Frozen,
-        expanded: &mut Expanded,
-    ) {
-        let (mut state, mut clock) = (start.clone(), span.clock);
-        for c in &self.record.collisions[span.first_collision..last] {
-            let (i, dt) = (c.contact, c.elapsed.since(clock));
-            let mut own = Impulses::default();
-            own.jump[i] = c.jump;
-            let mut gaps = Gaps { h: [c.other_gap; 2], u: c.after };
-            gaps.h[i] = 0.0;
-            state = state.hit(dt, &own, &gaps);
-            clock = c.elapsed;
-            expanded.fractions.push(1.0 / start.space().normal(i, i));
-            let flight = Some(Flight::Jointed(Box::new(state.clone())));
-            expanded.pieces.push(Piece { clock, span: k, flight });
-        }
     }
 }
 

@@ -21,12 +21,12 @@ use crate::flight::parabola_touchdown;
 use crate::impact::friction::{Material, Matrix};
 use crate::math::mass_vector::{Coordinates, MassVector, independent, with_products};
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::Mode;
+use crate::modes::{Mode, onward};
 use crate::sustained::Rounding;
 use crate::sustained::rows::{Known, consistent};
 use crate::tolerance::{
     CORRECTED_VELOCITY, DEPENDENT_ROW, LANDS_TOGETHER, LANDS_TOGETHER_SPEED, PARALLEL_GAP_ROWS,
-    STOPPED_ROW, UNEVEN_GAP,
+    STILL, STOPPED_ROW, UNEVEN_GAP,
 };
 use crate::zeno::{FrozenModel, Gaps, Impulses};
 
@@ -39,17 +39,6 @@ pub(crate) struct GapState {
     pub(crate) h: f64,
     pub(crate) u: f64,
     pub(crate) rounding: Rounding,
-}
-
-impl GapState {
-    /// The speed with which the contact lands, or moves if it touches, under this gravity; ∞ if nothing pulls it down.
-    pub(crate) fn landing_speed(&self, pull: f64) -> f64 {
-        match (self.h, pull > 0.0) {
-            (0.0, _) => self.u.abs(),
-            (h, true) => (self.u * self.u + 2.0 * pull * h).sqrt(),
-            _ => f64::INFINITY,
-        }
-    }
 }
 
 /// The contacts: their rows and materials.
@@ -280,6 +269,41 @@ impl Frozen {
             (p.h, p.u) = (gaps.h[i], gaps.u[i]);
         }
         after
+    }
+
+    /// The word in which all contacts, which are closed, stay at rest: all speeds are rounding errors (`still`, in m/s), and nothing is
+    /// accelerated. `None`: more has to be known.
+    pub(crate) fn stands(&self, still: f64) -> Option<ContactLetters<Mode>> {
+        if !(self.speed() <= still) {
+            return None;
+        }
+        let (rows, space) = (&self.rows, self.space());
+        let count = rows.friction.len();
+        let rests = |a: &Coordinates| space.reach() * a.norm() <= STILL * space.largest_pull();
+        // Two contacts without friction, both pressed to the ground: no other mode is consistent.
+        if let Some(model) = &rows.gaps
+            && rows.friction.iter().all(|mu| *mu == 0.0)
+        {
+            let own = model.solve_coupled(model.g);
+            if own[..count].iter().all(|push| *push > 0.0) {
+                let mut a = space.pull().clone();
+                for (i, push) in own[..count].iter().enumerate() {
+                    a.add_scaled(space.normal_row(i), push / space.normal(i, i));
+                }
+                return rests(&a).then(|| ContactLetters::from_elem(Mode::Fixed, count));
+            }
+        }
+        let ways = ContactLetters::from_elem(Some(0), count);
+        let mut found = onward(space, &rows.friction, &ways).ok()?;
+        let one = found.pop().filter(|one| found.is_empty() && !one.undetermined)?;
+        rests(&one.acceleration).then_some(one.word)
+    }
+
+    /// The longest way of a contact along its ground or its normal, in m.
+    pub(crate) fn reach_of_contacts(&self) -> f64 {
+        let (space, y) = (self.space(), &self.y);
+        let way = |i: usize| space.tangent(i).dot(y).abs().max(space.normal_row(i).dot(y).abs());
+        (0..space.count()).map(way).fold(0.0, f64::max)
     }
 
     /// Adds own-rate jumps of two contacts at most to ẏ, and their paths to y.

@@ -9,13 +9,15 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::math::simplex::maximise;
 use crate::modes::Mode;
 use crate::sustained::BodyState;
+use crate::sustained::frozen::Frozen;
 
 /// The impulses of contacts, from those along the edges of their friction cones, in the order of the contacts: the contact, the edge (tangential,
 /// normal), its direction, and its part of `speed`. Contacts without an impulse are left out.
-pub(crate) fn by_contact<V>(
+fn by_contact<V>(
     edges: Vec<(usize, [f64; 2], V)>,
     parts: &[f64],
     speed: f64,
@@ -32,6 +34,29 @@ pub(crate) fn by_contact<V>(
     }
     impulses.retain(|(_, impulse)| impulse[1] > 0.0);
     impulses
+}
+
+impl Frozen {
+    /// Impulses (tangential, normal) in the friction cones of these contacts that stop all motion; `None` if there are none.
+    pub(crate) fn stopped_by(&self, closed: &[usize]) -> Option<Vec<(usize, [f64; 2])>> {
+        let (space, friction, v) = (self.space(), &self.rows.friction, &self.v);
+        let speed = v.norm();
+        let edges: Vec<(usize, [f64; 2], Coordinates)> = closed
+            .iter()
+            .flat_map(|&i| [1.0, -1.0].map(|side| (i, [side * friction[i], 1.0])))
+            .map(|(i, [t, n])| (i, [t, n], space.normal_row(i).scaled(n).plus(space.tangent(i), t)))
+            .collect();
+        let balance: Vec<(Vec<f64>, f64)> = v
+            .iter()
+            .enumerate()
+            .map(|(k, part)| {
+                let along = |edge: &Coordinates| edge.iter().nth(k).unwrap_or(0.0);
+                (edges.iter().map(|(.., edge)| along(edge)).collect(), -part / speed)
+            })
+            .collect();
+        let parts = maximise(&balance, &vec![-1.0; edges.len()])?;
+        Some(by_contact(edges, &parts, speed))
+    }
 }
 
 impl BodyState {

@@ -27,6 +27,7 @@ pub(crate) mod next_order;
 mod pair;
 pub(crate) mod phase;
 mod rows;
+pub(crate) mod rows_phase;
 pub(crate) mod side;
 mod step;
 mod turning;
@@ -38,13 +39,20 @@ use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::body::terrain::Place;
 use crate::collisions::log::{Center, Spin};
-use crate::impact::friction::Matrix;
+use crate::impact::friction::{Material, Matrix};
+use crate::math::clock::Clock;
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::Mode;
 use crate::outcome::Instant;
 use crate::sustained::side::SideContact;
 pub(crate) use crate::sustained::step::{ORDERS, Step, StepEnd};
+use crate::tolerance::STILL;
+
+/// Sliding speed that counts as zero at this time in m/s, in a motion with this largest speed (m/s) and gravity (m/s²).
+pub(crate) fn still_speed(fastest: f64, gravity: f64, clock: Clock) -> f64 {
+    STILL * fastest.max(gravity * clock.hi)
+}
 
 /// Bounds of the rounding errors of a gap, since it was last exactly zero (in m), and of its rate (in m/s). In an accumulation
 /// of impacts they shrink with the gaps and the rates.
@@ -60,6 +68,8 @@ pub(crate) struct ContactState {
     pub(crate) normal: Vector2<f64>,
     pub(crate) tangent: Vector2<f64>,
     pub(crate) friction: f64,
+    /// Coefficients of restitution along the normal, and of tangential restitution.
+    pub(crate) restitution: [f64; 2],
     pub(crate) b: f64,
     /// Of the centre, if it is round.
     pub(crate) c: f64,
@@ -78,6 +88,11 @@ pub(crate) struct ContactState {
 }
 
 impl ContactState {
+    pub(crate) fn material(&self) -> Material {
+        let [restitution, tangential_restitution] = self.restitution;
+        Material { friction: self.friction, restitution, tangential_restitution }
+    }
+
     /// Arm from the centre of mass, of the centre of a round contact, world axes, in m.
     pub(crate) fn arm(&self) -> Vector2<f64> {
         self.tangent * self.b + self.normal * self.c

@@ -18,7 +18,7 @@ use crate::outcome::{Cause, ContactNumber, Outcome};
 use crate::sustained::edges::{EdgeWatch, Entry, Path};
 use crate::sustained::endless::{ClosedMotion, Swing};
 use crate::sustained::next_order::{Onward, Search};
-use crate::sustained::{BodyState, ORDERS, Step, StepEnd};
+use crate::sustained::{BodyState, ContactState, ORDERS, Step, StepEnd};
 use crate::tolerance::{
     BODY_STOPPED, DEPARTED, GRAZE_OF_SIZE, GRAZE_OF_WAY, SLOWER_SLIDE, STILL, TOUCH,
 };
@@ -84,6 +84,39 @@ impl BodyState {
         let mut word = ContactLetters::from_elem(Mode::Separate, self.points.len());
         closed[..n].iter().zip(letters).for_each(|(&i, letter)| word[i] = letter);
         Some((word, acceleration))
+    }
+
+    /// The word in which all points, which rest, stay at rest, and the largest sliding speed, by closed forms. `tolerance`: speed in m/s that
+    /// counts as zero; `size`: of the body, in m. `None`: they do not decide.
+    pub(crate) fn stands(&self, tolerance: f64, size: f64) -> Option<(ContactLetters<Mode>, f64)> {
+        let Self { points, center, spin, fall, gravity, .. } = self;
+        let most = |v: [f64; 3]| v[0].abs().max(v[1].abs()).max(size * v[2].abs());
+        if !(most([center.v.x, center.v.y, spin.omega]) <= tolerance) {
+            return None;
+        }
+        // The centre of mass is between two contacts on level ground without friction, λ_i = g b_j/(b_j − b_i): both forces
+        // press, and no other motion is consistent. To test all words would cost a fifth of a short run.
+        let level = |p: &ContactState| p.friction == 0.0 && p.normal == -fall / *gravity;
+        let lies = *gravity > 0.0 && fall.perp(&center.v) == 0.0 && spin.omega == 0.0;
+        if let [one, two] = &points[..]
+            && lies
+            && level(one)
+            && level(two)
+            && one.b * two.b < 0.0
+        {
+            return Some((ContactLetters::from_elem(Mode::Fixed, 2), 0.0));
+        }
+        let mut fastest = 0.0_f64;
+        for (i, p) in points.iter().enumerate() {
+            let slip = self.slip(i).abs();
+            if slip > if p.friction > 0.0 { tolerance } else { 0.0 } {
+                return None;
+            }
+            fastest = fastest.max(slip);
+        }
+        let ways: ContactLetters<Option<i8>> = points.iter().map(|_| Some(0)).collect();
+        let (word, acceleration) = self.only_mode(&ways)?;
+        (most(acceleration) <= STILL * gravity).then_some((word, fastest))
     }
 
     /// After point `i` has lifted off one of the two pieces that a contact touches in a vertex: the other point of the contact,
@@ -164,6 +197,8 @@ pub(crate) enum PhaseEnd {
     Corner(Entry),
     /// All contacts have left.
     Free,
+    /// All that the contacts feel is at rest.
+    Stands,
 }
 
 /// What ends a stretch: the motion in one word up to an event.

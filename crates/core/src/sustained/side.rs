@@ -45,8 +45,8 @@ pub(crate) struct SideContact {
     ends: [f64; 2],
     /// Whether the corner of the body there is concave. The corner of the ground then lands on the next side, and does not leave this one.
     concave: [bool; 2],
-    /// Coefficient of friction.
-    friction: f64,
+    /// Of friction, restitution and tangential restitution.
+    coefficients: [f64; 3],
 }
 
 fn turned_left(v: Vector2<f64>) -> Vector2<f64> {
@@ -62,7 +62,6 @@ impl SideContact {
         side: &Side,
     ) -> Self {
         let (along, ends) = (side.along(), side.ends());
-        let [friction, ..] = side.coefficients;
         Self {
             contact,
             corner: corner - Vector2::from(posture.fields().center_of_mass),
@@ -71,7 +70,7 @@ impl SideContact {
             distance: -turned_left(along).dot(&ends[0]),
             ends: ends.map(|end| along.dot(&end)),
             concave: side.concave(),
-            friction,
+            coefficients: side.coefficients,
         }
     }
 
@@ -80,7 +79,8 @@ impl SideContact {
         let mut point = ContactState {
             normal: Vector2::zeros(),
             tangent: Vector2::zeros(),
-            friction: self.friction,
+            friction: self.coefficients[0],
+            restitution: [self.coefficients[1], self.coefficients[2]],
             b: 0.0,
             c: 0.0,
             held: None,
