@@ -4,6 +4,7 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use standfast::excitation::Excitation;
 use standfast::outcome::End;
 use standfast::simulate::{Resources, simulate_many_until};
 use standfast::{Lamina, Model, Options, Outcome, Posture, State};
@@ -12,9 +13,9 @@ const RODS: u32 = 4096;
 
 fn many(postures: &[Posture], states: &[State], options: &Options) -> Vec<End> {
     let resources = Resources { threads: 1 };
-    simulate_many_until(postures, black_box(states), options, resources, &|| false)
+    let nothing = Excitation::default();
+    simulate_many_until(postures, black_box(states), options, &nothing, resources, &|| false)
         .unwrap_or_else(|e| panic!("{e}"))
-        .unwrap_or_default()
 }
 
 fn rests(c: &mut Criterion) {

@@ -77,6 +77,8 @@ pub enum Error {
         /// The value that is wrong, if the text could be read.
         error: Option<Box<Error>>,
     },
+    /// The computation was stopped: its `cancel` has returned true.
+    Cancelled,
 }
 
 impl Display for Error {
@@ -96,6 +98,7 @@ impl Display for Error {
             Self::At { place, error } => write!(f, "{error} (at {place})"),
             Self::Io { path, cause } => write!(f, "{}: {cause}", quoted(Path::new(path))),
             Self::File { path, problem, .. } => write!(f, "{path}: {problem}"),
+            Self::Cancelled => f.write_str("stopped"),
         }
     }
 }
@@ -109,7 +112,8 @@ impl std::error::Error for Error {
             Self::OutOfRange { .. }
             | Self::Unusable { .. }
             | Self::Penetrating { .. }
-            | Self::Solver(_) => None,
+            | Self::Solver(_)
+            | Self::Cancelled => None,
         }
     }
 }
@@ -153,6 +157,14 @@ impl Error {
     /// The error for a file that cannot be read or written.
     pub(crate) fn io(path: &Path, error: io::Error) -> Self {
         Self::Io { path: path.display().to_string(), cause: IoCause(Arc::new(error)) }
+    }
+
+    /// This error, of one of many computations, with the place where it is.
+    pub(crate) fn at(self, place: impl FnOnce() -> String) -> Self {
+        match self {
+            Self::Cancelled => self,
+            error => Self::At { place: place(), error: error.into() },
+        }
     }
 
     /// The same error with another name of its field, if it has a field.

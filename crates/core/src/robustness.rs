@@ -30,7 +30,7 @@ use crate::math::random::Random;
 use crate::math::turn::Turn;
 use crate::options::{Edges, Impact, Model, Options, Stop};
 use crate::outcome::{ContactNumber, End, Outcome};
-use crate::simulate::batch::ends_until;
+use crate::simulate::batch::ends;
 use crate::simulate::{Resources, Simulation, Start, solvable};
 use crate::tolerance::{HOVERS, SAME_GROUND};
 
@@ -138,15 +138,14 @@ pub fn robustness(
     options: &RobustnessOptions,
 ) -> Result<Robustness, Error> {
     robustness_until(posture, sizes, options, Resources::default(), &|| false, &|_| {})
-        .map(|found| found.unwrap_or_else(|| unreachable!("nothing cancels these runs")))
 }
 
-/// As [`robustness`], with these resources. `cancel` is called from time to time; once it returns true, the result is `None`. `done` is
+/// As [`robustness`], with these resources. `cancel` is called from time to time. `done` is
 /// called from time to time with the number of kicks that have been simulated. Both are called on the thread that has called this function.
 ///
 /// # Errors
 ///
-/// As [`robustness`].
+/// As [`robustness`]; [`Error::Cancelled`] once `cancel` returns true.
 pub fn robustness_until(
     posture: &Posture,
     sizes: &[f64],
@@ -154,7 +153,7 @@ pub fn robustness_until(
     resources: Resources,
     cancel: &dyn Fn() -> bool,
     done: &dyn Fn(usize),
-) -> Result<Option<Robustness>, Error> {
+) -> Result<Robustness, Error> {
     let RobustnessOptions { trials, seed, run } = *options;
     let count = checked(sizes, trials, &run)?;
     let run = run.acting(posture.contacts().iter().map(|contact| contact.friction))?;
@@ -190,18 +189,16 @@ pub fn robustness_until(
         let numbers = first..(first + CHUNK).min(count);
         let states: Vec<State> = numbers.clone().map(kick).collect();
         let posture = std::slice::from_ref(posture);
-        let ends = ends_until(posture, &states, &run, &Excitation::default(), resources, cancel);
+        let ends = ends(posture, &states, &run, &Excitation::default(), resources, cancel);
         let ends = ends.map_err(|(at, error)| {
             let (size, kick) = (sizes[(first + at) / trials], (first + at) % trials);
-            let place = format!("kick {kick} of {size:?} m/s");
-            Error::At { place, error: error.into() }
+            error.at(|| format!("kick {kick} of {size:?} m/s"))
         })?;
-        let Some(ends) = ends else { return Ok(None) };
         if warnings.is_empty()
             && let Some(k) = ends.iter().position(|end| end.warned)
-            && let Some(again) =
-                (Simulation { cancel, ..Simulation::new(&posture[0], states[k], run) }).run()?
         {
+            let again = Simulation { cancel, ..Simulation::new(&posture[0], states[k], run) };
+            let again = again.run()?;
             warnings = again.warnings().to_vec();
         }
         for (number, end) in numbers.zip(&ends) {
@@ -211,7 +208,7 @@ pub fn robustness_until(
     }
     levels.iter_mut().for_each(Level::summarize);
     let contacts = stance.iter().collect();
-    Ok(Some(Robustness { seed, trials, impact: run.impact, warnings, contacts, kicks, levels }))
+    Ok(Robustness { seed, trials, impact: run.impact, warnings, contacts, kicks, levels })
 }
 
 /// The number of kicks, of all sizes together.
@@ -453,7 +450,7 @@ mod tests {
             let done = |count| seen.set(seen.get() + count);
             let found = robustness_until(&rod, &[0.1, 3.0], &options, resources, &|| false, &done);
             assert_eq!(seen.get(), 1400);
-            found.unwrap().unwrap()
+            found.unwrap()
         };
         let one = with(1);
         assert_eq!(one, with(2));
@@ -469,7 +466,7 @@ mod tests {
         let options = RobustnessOptions { trials: 100_000, ..RobustnessOptions::default() };
         let resources = Resources { threads: 2 };
         let found = robustness_until(&rod, &[0.1], &options, resources, &|| true, &|_| {});
-        assert_eq!(found.unwrap(), None);
+        assert_eq!(found, Err(Error::Cancelled));
     }
 
     #[test]

@@ -223,8 +223,7 @@ impl Scene {
     ///
     /// As [`Simulation::run`].
     pub fn simulate(&self) -> Result<Trajectory, Error> {
-        let run = self.simulation().run()?;
-        Ok(run.unwrap_or_else(|| unreachable!("nothing stops this run")))
+        self.simulation().run()
     }
 
     /// The run of the scene, for other options or to stop it.

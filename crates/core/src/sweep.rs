@@ -321,7 +321,7 @@ pub enum Column {
 /// let rod = Posture::rod(0.5, &lamina)?;
 /// let radii = Axis::new("gyration_radius", vec![0.2, 0.5], &rod)?;
 /// let sweep = Sweep::new(&rod, vec![radii], vec![Quantity::parse("theorem_3")?])?;
-/// assert_eq!(sweep.run(0..2, 1, &|| false)?, Some(vec![Column::Flags(vec![true, false])]));
+/// assert_eq!(sweep.run(0..2, 1, &|| false)?, vec![Column::Flags(vec![true, false])]);
 /// # Ok::<(), standfast::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
@@ -459,7 +459,7 @@ impl Sweep {
     /// let q = [0.0, 0.0, -1.5, -0.5, 0.5];
     /// let axis = Axis::of_chain("base.angle", vec![-1.6, -0.9], &biped, &q)?;
     /// let sweep = Sweep::of_chain(&biped, &q, true, vec![axis], vec![Quantity::parse("equilibrium")?])?;
-    /// assert_eq!(sweep.run(0..2, 1, &|| false)?, Some(vec![Column::Flags(vec![true, false])]));
+    /// assert_eq!(sweep.run(0..2, 1, &|| false)?, vec![Column::Flags(vec![true, false])]);
     /// # Ok::<(), standfast::Error>(())
     /// ```
     ///
@@ -567,13 +567,8 @@ impl Sweep {
         })
     }
 
-    /// Writes the values at a point into `row`. Returns false if the computation was stopped.
-    fn answer(
-        &self,
-        point: usize,
-        row: &mut [f64],
-        stop: &dyn Fn() -> bool,
-    ) -> Result<bool, Error> {
+    /// Writes the values at a point into `row`.
+    fn answer(&self, point: usize, row: &mut [f64], stop: &dyn Fn() -> bool) -> Result<(), Error> {
         let posture = match self.subject(point) {
             Subject::Body(fields) => Posture::new(fields)?,
             Subject::Chain(fields, q, hold) => {
@@ -581,7 +576,7 @@ impl Sweep {
                 for (value, quantity) in row.iter_mut().zip(&self.quantities) {
                     *value = quantity.of(&verdict);
                 }
-                return Ok(true);
+                return Ok(());
             }
         };
         let asks = |test: &dyn Fn(&Quantity) -> bool| self.quantities.iter().any(test);
@@ -610,8 +605,7 @@ impl Sweep {
                 return Err(unusable("q", "None", allowed));
             };
             let run = Simulation { cancel: stop, ..Simulation::new(&posture, *state, *options) };
-            let Some(run) = run.run()? else { return Ok(false) };
-            Some(run)
+            Some(run.run()?)
         } else {
             None
         };
@@ -630,15 +624,15 @@ impl Sweep {
                 _ => unreachable!("what a quantity needs has been computed"),
             };
         }
-        Ok(true)
+        Ok(())
     }
 
-    /// The quantities at the points of a range, on `threads` threads; `None` once `cancel`, which is called every few milliseconds, on the
-    /// thread that has called this function, returns true.
+    /// The quantities at the points of a range, on `threads` threads. `cancel` is called every few milliseconds, on the thread that has
+    /// called this function.
     ///
     /// # Errors
     ///
-    /// [`Error::At`] of the first point that has no answer, such as a start in the terrain.
+    /// [`Error::At`] of the first point that has no answer, such as a start in the terrain; [`Error::Cancelled`] once `cancel` returns true.
     ///
     /// # Panics
     ///
@@ -648,7 +642,7 @@ impl Sweep {
         range: Range<usize>,
         threads: usize,
         cancel: &dyn Fn() -> bool,
-    ) -> Result<Option<Vec<Column>>, Error> {
+    ) -> Result<Vec<Column>, Error> {
         assert!(range.start <= range.end && range.end <= self.size, "a range of points");
         let (count, width) = (range.len(), self.quantities.len());
         let work = |points: Range<usize>, stop: &dyn Fn() -> bool| {
@@ -656,23 +650,14 @@ impl Sweep {
             for (row, k) in block.chunks_exact_mut(width).zip(points) {
                 let point = range.start + k;
                 if stop() {
-                    return Ok(None);
+                    return Err((point, Error::Cancelled));
                 }
-                match self.answer(point, row, stop) {
-                    Ok(true) => {}
-                    Ok(false) => return Ok(None),
-                    Err(error) => return Err((point, error)),
-                }
+                self.answer(point, row, stop).map_err(|error| (point, error))?;
             }
-            Ok(Some(block))
+            Ok(block)
         };
-        let blocks = match in_blocks(count, 1, threads, cancel, &work) {
-            Ok(Some(blocks)) => blocks,
-            Ok(None) => return Ok(None),
-            Err((point, error)) => {
-                return Err(Error::At { place: self.place(point), error: error.into() });
-            }
-        };
+        let blocks = in_blocks(count, 1, threads, cancel, &work)
+            .map_err(|(point, error)| error.at(|| self.place(point)))?;
         let values = |k: usize| {
             blocks.iter().flat_map(move |block| block.iter().skip(k).step_by(width).copied())
         };
@@ -683,7 +668,7 @@ impl Sweep {
                 Column::Words { words, codes: values(k).map(|value| value as u8).collect() }
             }
         };
-        Ok(Some(self.quantities.iter().enumerate().map(column).collect()))
+        Ok(self.quantities.iter().enumerate().map(column).collect())
     }
 
     /// The parameters of a point as a text for a message.
@@ -751,7 +736,7 @@ mod tests {
     #[test]
     fn points_are_numbered_like_an_array() {
         let sweep = grid("coupling");
-        let Some(columns) = sweep.run(0..12, 1, &|| false).unwrap() else { panic!() };
+        let columns = sweep.run(0..12, 1, &|| false).unwrap();
         let [Column::Numbers(found)] = columns.as_slice() else { panic!() };
         for (i, x) in [-1.0, -0.2, 0.0, 0.3].into_iter().enumerate() {
             for (j, rho) in [0.1, 0.2, 0.4].into_iter().enumerate() {
@@ -767,14 +752,14 @@ mod tests {
     #[test]
     fn threads_and_ranges_leave_no_trace() {
         let sweep = grid("stability");
-        let whole = sweep.run(0..12, 1, &|| false).unwrap().unwrap();
+        let whole = sweep.run(0..12, 1, &|| false).unwrap();
         for threads in [2, 5, 100] {
-            assert_eq!(sweep.run(0..12, threads, &|| false).unwrap().unwrap(), whole);
+            assert_eq!(sweep.run(0..12, threads, &|| false).unwrap(), whole);
         }
         let [Column::Words { words, codes }] = whole.as_slice() else { panic!() };
-        let part = sweep.run(5..9, 2, &|| false).unwrap().unwrap();
+        let part = sweep.run(5..9, 2, &|| false).unwrap();
         assert_eq!(part, [Column::Words { words, codes: codes[5..9].to_vec() }]);
-        assert_eq!(sweep.run(4..4, 2, &|| false).unwrap().unwrap().len(), 1);
+        assert_eq!(sweep.run(4..4, 2, &|| false).unwrap().len(), 1);
     }
 
     #[test]
@@ -814,7 +799,7 @@ mod tests {
         };
         let start = State::new([0.0, 1.0, 0.3], [0.0, 0.0, 3.0]);
         let sweep = sweep.from_start(start, options).unwrap();
-        assert_eq!(sweep.run(0..4000, 2, &|| true).unwrap(), None);
+        assert_eq!(sweep.run(0..4000, 2, &|| true), Err(Error::Cancelled));
     }
 
     #[test]

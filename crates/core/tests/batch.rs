@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use standfast::body::Lamina;
+use standfast::excitation::Excitation;
 use standfast::options::Impact;
 use standfast::outcome::End;
 use standfast::simulate::{Resources, simulate_many_until};
@@ -149,11 +150,18 @@ fn a_run_is_the_same_in_any_company() {
             };
             let many = |threads| {
                 let resources = Resources { threads };
-                simulate_many_until(&postures, &states, &options, resources, &|| false)
+                simulate_many_until(
+                    &postures,
+                    &states,
+                    &options,
+                    &Excitation::default(),
+                    resources,
+                    &|| false,
+                )
             };
-            let by_one = many(1).unwrap().unwrap();
+            let by_one = many(1).unwrap();
             for threads in [2, 3, 7] {
-                let ends = many(threads).unwrap().unwrap();
+                let ends = many(threads).unwrap();
                 for (one, other) in ends.iter().zip(&by_one) {
                     assert_eq!(bits(one), bits(other), "{threads} threads");
                 }
@@ -193,11 +201,18 @@ fn sides_and_discs_are_the_same_in_any_company() {
             };
             let many = |threads| {
                 let resources = Resources { threads };
-                simulate_many_until(&postures, &states, &options, resources, &|| false)
+                simulate_many_until(
+                    &postures,
+                    &states,
+                    &options,
+                    &Excitation::default(),
+                    resources,
+                    &|| false,
+                )
             };
-            let by_one = many(1).unwrap().unwrap();
+            let by_one = many(1).unwrap();
             for threads in [2, 5] {
-                for (one, other) in many(threads).unwrap().unwrap().iter().zip(&by_one) {
+                for (one, other) in many(threads).unwrap().iter().zip(&by_one) {
                     assert_eq!(bits(one), bits(other), "{threads} threads");
                     assert_eq!(one.touching, other.touching);
                 }
@@ -257,8 +272,15 @@ fn runs_are_stopped_at_once() {
         for threads in [1, 2] {
             asked.store(0, Ordering::Relaxed);
             let resources = Resources { threads };
-            let ends = simulate_many_until(&rod, &states, &options, resources, &cancel);
-            assert_eq!(ends.unwrap(), None, "{model:?}");
+            let ends = simulate_many_until(
+                &rod,
+                &states,
+                &options,
+                &Excitation::default(),
+                resources,
+                &cancel,
+            );
+            assert_eq!(ends, Err(Error::Cancelled), "{model:?}");
             // A single thread does not call `cancel` again after it has returned true.
             assert!(threads > 1 || asked.load(Ordering::Relaxed) == 3, "{model:?} {asked:?}");
         }

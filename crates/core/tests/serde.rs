@@ -298,7 +298,7 @@ fn a_verdict_is_read_as_it_was_written() {
         });
         if kinds.len() == 3 {
             // Some of them with random kicks.
-            verdict.trials = trials(&posture, 3, 1, Jams::None, &|| false).unwrap();
+            verdict.trials = Some(trials(&posture, 3, 1, Jams::None, &|| false).unwrap());
         }
         let text = json(&verdict);
         let same: Verdict = read(&text);

@@ -4,6 +4,7 @@ use std::cell::Cell;
 use std::time::{Duration, Instant};
 
 use pyo3::prelude::*;
+use standfast::Error;
 
 use crate::input;
 use crate::interrupt::interruptible;
@@ -43,6 +44,6 @@ pub(crate) fn ask(
             interrupted.set(interrupted.get() || cancel());
             interrupted.get() || late()
         });
-        Ok((!interrupted.get()).then_some(answer))
+        if interrupted.get() { Err(Error::Cancelled) } else { Ok(answer) }
     })
 }

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use standfast::excitation::{Excitation, GroundMotion, Kick};
 use standfast::outcome::{End, FirstZeno};
-use standfast::simulate::{Resources, simulate_many_excited_until};
+use standfast::simulate::{Resources, simulate_many_until};
 use standfast::{Error, Options, Posture, Simulation, State};
 
 use crate::convert::{array, question};
@@ -317,7 +317,7 @@ pub(crate) fn simulate_many(
     resources.threads = threads.unwrap_or(resources.threads);
     let excitation = Excitation { kicks, ground_motion };
     let ends = interruptible(py, |cancel| {
-        simulate_many_excited_until(&postures, &states, &options, &excitation, resources, cancel)
+        simulate_many_until(&postures, &states, &options, &excitation, resources, cancel)
     })?;
     Ok(PyRuns { postures, states, options, excitation, ends })
 }

@@ -15,7 +15,7 @@ const LOOK: Duration = Duration::from_millis(20);
 /// Computes without the GIL; Ctrl-C ends it.
 pub(crate) fn interruptible<T: Send>(
     py: Python<'_>,
-    run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<T>, Error>,
+    run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<T, Error>,
 ) -> PyResult<T> {
     let state = Mutex::new((None, Instant::now()));
     // Python reports a signal once, but every run must see it.
@@ -28,8 +28,11 @@ pub(crate) fn interruptible<T: Send>(
         }
         raised.is_some()
     };
-    py.detach(|| run(&cancel)).map_err(|e| to_py(&e))?.ok_or_else(|| {
-        let error = state.into_inner().ok().and_then(|state| state.0);
-        error.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))
+    py.detach(|| run(&cancel)).map_err(|error| match error {
+        Error::Cancelled => {
+            let raised = state.into_inner().ok().and_then(|state| state.0);
+            raised.unwrap_or_else(|| PyKeyboardInterrupt::new_err(()))
+        }
+        error => to_py(&error),
     })
 }

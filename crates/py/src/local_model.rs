@@ -164,7 +164,7 @@ impl PyLocalModel {
         let counts = vec![n, transient];
         let asked = Asked { model: self.0, method: "exponents", gaps, rates, counts };
         interruptible(py, |cancel| {
-            ReducedMap::new(&self.0)?.exponents_until(gaps, rates, n, transient, cancel)
+            ReducedMap::new(&self.0)?.exponents(gaps, rates, n, transient, cancel)
         })
         .map(|exponents| PyExponents { exponents, asked })
     }
@@ -189,7 +189,7 @@ impl PyLocalModel {
     ) -> PyResult<PyFate> {
         let n = n.map_or(Ok(FATE_IMPACTS), |n| input::whole("n", n, 1..=MOST_IMPACTS))?;
         let asked = Asked { model: self.0, method: "fate", gaps, rates, counts: vec![n] };
-        interruptible(py, |cancel| ReducedMap::new(&self.0)?.fate_until(gaps, rates, n, cancel))
+        interruptible(py, |cancel| ReducedMap::new(&self.0)?.fate(gaps, rates, n, cancel))
             .map(|fate| PyFate { fate, asked })
     }
 
@@ -229,14 +229,11 @@ impl PyLocalModel {
             let mut fates = Vec::with_capacity(gaps.len());
             for (k, (gaps, rates)) in gaps.iter().zip(&rates).enumerate() {
                 if k % STATES == STATES - 1 && cancel() {
-                    return Ok(None);
+                    return Err(Error::Cancelled);
                 }
-                let Some(fate) = map.fate_until(*gaps, *rates, n, cancel)? else {
-                    return Ok(None);
-                };
-                fates.push(fate);
+                fates.push(map.fate(*gaps, *rates, n, cancel)?);
             }
-            Ok(Some(fates))
+            Ok(fates)
         })?;
         fate_table(py, &fates, &shape[..shape.len() - 1])
     }

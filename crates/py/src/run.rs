@@ -982,7 +982,7 @@ impl PyRun {
 /// Simulates a run without the GIL; Ctrl-C ends it.
 pub(crate) fn interruptible_run(
     py: Python<'_>,
-    run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Option<Trajectory>, Error>,
+    run: impl Send + FnOnce(&dyn Fn() -> bool) -> Result<Trajectory, Error>,
 ) -> PyResult<PyRun> {
     interruptible(py, run).map(PyRun)
 }

@@ -63,16 +63,12 @@ struct Frames {
 }
 
 impl Film {
-    /// The film of a run with about `count` frames; `None` once `cancel` returns true.
+    /// The film of a run with about `count` frames.
     ///
     /// # Errors
     ///
-    /// [`Error::Unusable`] if nothing was recorded, or if the run has no body.
-    pub fn of(
-        run: &Trajectory,
-        count: usize,
-        cancel: &dyn Fn() -> bool,
-    ) -> Result<Option<Self>, Error> {
+    /// [`Error::Unusable`] if nothing was recorded, or if the run has no body; [`Error::Cancelled`] once `cancel` returns true.
+    pub fn of(run: &Trajectory, count: usize, cancel: &dyn Fn() -> bool) -> Result<Self, Error> {
         let Some(posture) = run.posture() else {
             return Err(Error::Unusable {
                 field: "run".into(),
@@ -94,14 +90,14 @@ impl Film {
         times.retain(|t| *t <= run.time());
         times.sort_by(f64::total_cmp);
         times.dedup();
-        let Some(frames) = Frames::of(run, &clock, times, cancel) else { return Ok(None) };
+        let frames = Frames::of(run, &clock, times, cancel)?;
         let zeno = |point: &crate::outcome::ZenoPoint| ZenoPoint {
             time: point.time,
             kind: point.kind,
             contacts: point.contacts.clone(),
             infinite: point.is_infinite(),
         };
-        Ok(Some(Self {
+        Ok(Self {
             outcome: run.outcome(),
             model: run.model(),
             warnings: run.warnings().to_vec(),
@@ -116,7 +112,7 @@ impl Film {
             zeno_points: run.zeno_points().iter().map(zeno).collect(),
             excitation: run.excitation().clone(),
             frames,
-        }))
+        })
     }
 }
 
@@ -135,12 +131,12 @@ impl Frames {
         clock: &FilmTime,
         times: Vec<f64>,
         cancel: &dyn Fn() -> bool,
-    ) -> Option<Self> {
+    ) -> Result<Self, Error> {
         let mut frames = Self::default();
         let mut reader = run.reader();
         for (k, t) in times.into_iter().enumerate() {
             if k % 64 == 0 && cancel() {
-                return None;
+                return Err(Error::Cancelled);
             }
             let (Ok(now), Ok(forces)) = (reader.at(t), reader.forces(t)) else { continue };
             frames.t.push(t);
@@ -149,6 +145,6 @@ impl Frames {
             frames.gaps.push(now.gaps.iter().map(|gap| *gap as f32).collect());
             frames.forces.push(forces.iter().map(|force| force.map(|f| f as f32)).collect());
         }
-        Some(frames)
+        Ok(frames)
     }
 }

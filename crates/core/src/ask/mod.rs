@@ -171,36 +171,29 @@ pub fn ask(question: &str) -> String {
 #[must_use]
 pub fn ask_until(question: &str, threads: usize, cancel: &dyn Fn() -> bool) -> String {
     match answer(question, threads, cancel) {
-        Ok(Some(answer)) => answer,
-        Ok(None) => json!({ "error": "stopped" }).to_string(),
+        Ok(answer) => answer,
         Err(problem) => json!({ "error": problem }).to_string(),
     }
 }
 
-/// The answer as JSON; `None` if it was cancelled.
-fn answer(
-    question: &str,
-    threads: usize,
-    cancel: &dyn Fn() -> bool,
-) -> Result<Option<String>, String> {
+/// The answer as JSON.
+fn answer(question: &str, threads: usize, cancel: &dyn Fn() -> bool) -> Result<String, String> {
     let question: Question = serde_json::from_str(question).map_err(|e| e.to_string())?;
     let text = |error: Error| error.to_string();
     match question {
         Question::Scene { scene } => {
             let scene = read(scene)?;
-            Ok(Some(json!({ "scene": scene, "toml": scene.to_toml() }).to_string()))
+            Ok(json!({ "scene": scene, "toml": scene.to_toml() }).to_string())
         }
-        Question::Posture { scene } => Ok(Some(about(&read(scene)?).to_string())),
+        Question::Posture { scene } => Ok(about(&read(scene)?).to_string()),
         Question::Motion { scene, frames } => {
             if !(2..=MOST_FRAMES).contains(&frames) {
                 return Err(format!("frames = {frames} is outside 2 to {MOST_FRAMES}"));
             }
             let mut scene = read(scene)?;
             (scene.options.record, scene.options.certify) = (true, false);
-            let run = Simulation { cancel, ..scene.simulation() }.run();
-            let Some(run) = run.map_err(text)? else { return Ok(None) };
-            let film = Film::of(&run, frames, cancel).map_err(text)?;
-            Ok(film.map(|film| film.to_json()))
+            let run = Simulation { cancel, ..scene.simulation() }.run().map_err(text)?;
+            Film::of(&run, frames, cancel).map(|film| film.to_json()).map_err(text)
         }
         Question::Map { scene, over, quantity } => {
             let lengths: Vec<usize> = over.iter().map(|axis| axis.values.len()).collect();
@@ -225,17 +218,15 @@ fn answer(
                 sweep
             };
             let columns = sweep.run(0..sweep.size(), threads, cancel).map_err(text)?;
-            Ok(columns.map(|columns| {
-                let values: Vec<Values> = columns.into_iter().map(Values::from).collect();
-                let named: Vec<Value> = (quantity.iter().zip(&values))
-                    .map(|(name, values)| {
-                        let mut value = json!(values);
-                        value["name"] = json!(name);
-                        value
-                    })
-                    .collect();
-                json!({ "quantity": named }).to_string()
-            }))
+            let values: Vec<Values> = columns.into_iter().map(Values::from).collect();
+            let named: Vec<Value> = (quantity.iter().zip(&values))
+                .map(|(name, values)| {
+                    let mut value = json!(values);
+                    value["name"] = json!(name);
+                    value
+                })
+                .collect();
+            Ok(json!({ "quantity": named }).to_string())
         }
     }
 }

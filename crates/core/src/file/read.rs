@@ -37,6 +37,7 @@ pub(crate) fn read_whole(path: &Path, kind: &str, most: Option<u64>) -> Result<V
 pub(crate) fn in_file(path: &Path, words: &str, error: Error) -> Error {
     let path = quoted(path);
     match error {
+        Error::Cancelled => error,
         Error::File { problem, error, .. } => {
             Error::File { path, problem: format!("{words}{problem}"), error }
         }

@@ -16,6 +16,7 @@ use std::collections::BTreeSet;
 use crate::body::contact::{ContactLetters, ContactValues, PerContact};
 use crate::body::posture::Posture;
 use crate::collisions::log::{LastImpacts, Log, names};
+use crate::error::Error;
 use crate::flight::LOST_PHASE;
 use crate::impact::friction::NO_FRICTION;
 use crate::math::clock::Clock;
@@ -175,33 +176,33 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// Runs from the start to the outcome; `None` if cancelled.
-    pub(crate) fn run(&mut self) -> Option<()> {
+    /// Runs from the start to the outcome.
+    pub(crate) fn run(&mut self) -> Result<(), Error> {
         self.begin();
         self.run_on()
     }
 
-    /// The end of an unrecorded run; `None` if cancelled.
-    pub(crate) fn end(&mut self) -> Option<End> {
+    /// The end of an unrecorded run.
+    pub(crate) fn end(&mut self) -> Result<End, Error> {
         self.begin();
         let outcome = self.motion();
         self.finish(outcome)
     }
 
-    /// Runs to the outcome; `None` if cancelled.
-    pub(super) fn run_on(&mut self) -> Option<()> {
+    /// Runs to the outcome.
+    pub(super) fn run_on(&mut self) -> Result<(), Error> {
         let outcome = self.motion();
         self.close(outcome)
     }
 
-    /// Completes the record of a run with this outcome; `None` if cancelled.
-    pub(crate) fn close(&mut self, outcome: Outcome) -> Option<()> {
+    /// Completes the record of a run with this outcome.
+    pub(crate) fn close(&mut self, outcome: Outcome) -> Result<(), Error> {
         self.record.end = self.arrive(outcome)?;
         self.record.outcome = outcome;
         self.record.hits = self.log.hits;
         self.record.collisions = std::mem::take(&mut self.log.collisions);
         self.record.bodies = std::mem::take(&mut self.log.bodies);
-        Some(())
+        Ok(())
     }
 
     /// The state at the time limit, for the run of a summed tail; `None` if another outcome ends it.
@@ -209,8 +210,8 @@ impl<'a> Driver<'a> {
         (self.motion() == Outcome::TimeLimit && !self.log.cancelled).then_some(self)
     }
 
-    /// The end of an unrecorded run; `None` if it was cancelled.
-    fn finish(&mut self, outcome: Outcome) -> Option<End> {
+    /// The end of an unrecorded run.
+    fn finish(&mut self, outcome: Outcome) -> Result<End, Error> {
         let end = self.arrive(outcome)?;
         let time = |clock: Clock| self.options.clock(clock);
         let zeno = self.record.zeno.first().map(|zeno| {
@@ -223,7 +224,7 @@ impl<'a> Driver<'a> {
                 elapsed: zeno.at.clock.hi,
             }
         });
-        Some(End {
+        Ok(End {
             outcome,
             time: time(end.clock),
             elapsed: end.clock.hi,
@@ -235,10 +236,10 @@ impl<'a> Driver<'a> {
         })
     }
 
-    /// The state at the end of a motion; `None` if it was cancelled.
-    fn arrive(&mut self, outcome: Outcome) -> Option<Moment> {
+    /// The state at the end of a motion.
+    fn arrive(&mut self, outcome: Outcome) -> Result<Moment, Error> {
         if self.log.cancelled {
-            return None;
+            return Err(Error::Cancelled);
         }
         if outcome == Outcome::TimeLimit {
             self.log.clock = Clock { hi: self.log.end, lo: 0.0 };
@@ -292,7 +293,7 @@ impl<'a> Driver<'a> {
         if outcome == Outcome::Rest {
             end.state.qdot.fill(0.0);
         }
-        Some(end)
+        Ok(end)
     }
 
     /// Checks the ground at this state of the body.

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector2;
 
+use crate::error::Error;
 use crate::excitation::{Change, missed_kicks};
 use crate::math::clock::Clock;
 use crate::motion::driver::Driver;
@@ -10,8 +11,12 @@ use crate::options::{Options, Stop};
 use crate::outcome::{Cause, Outcome};
 
 impl Driver<'_> {
-    /// Runs through all changes to the outcome; `None` if cancelled. `options`: of the whole run.
-    pub(crate) fn run_stages(&mut self, changes: &[Change], options: &Options) -> Option<()> {
+    /// Runs through all changes to the outcome. `options`: of the whole run.
+    pub(crate) fn run_stages(
+        &mut self,
+        changes: &[Change],
+        options: &Options,
+    ) -> Result<(), Error> {
         self.begin();
         for (k, change) in changes.iter().enumerate() {
             if change.elapsed >= options.end() {
@@ -34,20 +39,20 @@ impl Driver<'_> {
         self.run_on()
     }
 
-    /// Moves up to the time `end` (s since the start), through states of rest, or to an earlier outcome; `None` if cancelled.
-    fn stage(&mut self, end: f64) -> Option<Outcome> {
+    /// Moves up to the time `end` (s since the start), through states of rest, or to an earlier outcome.
+    fn stage(&mut self, end: f64) -> Result<Outcome, Error> {
         if self.options.stop == Stop::Rest {
             self.options.stop = Stop::Time;
         }
         self.log.end = end;
         let outcome = self.motion();
         if self.log.cancelled {
-            return None;
+            return Err(Error::Cancelled);
         }
         if outcome == Outcome::TimeLimit {
             self.log.clock = Clock { hi: end, lo: 0.0 };
         }
-        Some(outcome)
+        Ok(outcome)
     }
 
     /// Applies the changes at this time in the order: acceleration of the ground, which changes no velocity; impacts; kicks. An outcome: the

@@ -55,60 +55,38 @@ pub fn simulate_many(
     states: &[State],
     options: &Options,
 ) -> Result<Vec<End>, Error> {
-    simulate_many_until(postures, states, options, Resources::default(), &|| false)
-        .map(|ends| ends.unwrap_or_else(|| unreachable!("nothing cancels these runs")))
+    let (excitation, resources) = (Excitation::default(), Resources::default());
+    simulate_many_until(postures, states, options, &excitation, resources, &|| false)
 }
 
-/// As [`simulate_many`], with these resources. `cancel` is called from time to time, always on the thread that has called this function;
-/// once it returns true, the result is `None`.
+/// As [`simulate_many`], with the same kicks and motion of the ground in each run, and with these resources. `cancel` is called from time to
+/// time, always on the thread that has called this function; once it returns true, the result is [`Error::Cancelled`].
 ///
 /// ```
+/// use standfast::excitation::Excitation;
 /// use standfast::simulate::{Resources, simulate_many_until};
-/// use standfast::{Lamina, Options, Posture, State};
+/// use standfast::{Error, Lamina, Options, Posture, State};
 ///
-/// let rod = Posture::rod(0.5, &Lamina::default())?;
-/// let starts = [State::at_rest([0.0, 0.01, 0.001])];
-/// let run = |cancel: &dyn Fn() -> bool| {
-///     simulate_many_until(&[rod.clone()], &starts, &Options::default(), Resources { threads: 1 }, cancel)
-/// };
-/// assert_eq!(run(&|| false)?.map(|ends| ends.len()), Some(1));
-/// assert_eq!(run(&|| true)?, None);
+/// let rod = [Posture::rod(0.5, &Lamina::default())?];
+/// let (starts, options) = ([State::at_rest([0.0, 0.01, 0.001])], Options::default());
+/// let (excitation, resources) = (Excitation::default(), Resources { threads: 1 });
+/// let run = |cancel: &dyn Fn() -> bool| simulate_many_until(&rod, &starts, &options, &excitation, resources, cancel);
+/// assert_eq!(run(&|| false)?.len(), 1);
+/// assert_eq!(run(&|| true), Err(Error::Cancelled));
 /// # Ok::<(), standfast::Error>(())
 /// ```
 ///
 /// # Errors
 ///
-/// As [`simulate_many`].
-pub fn simulate_many_until(
-    postures: &[Posture],
-    states: &[State],
-    options: &Options,
-    resources: Resources,
-    cancel: &dyn Fn() -> bool,
-) -> Result<Option<Vec<End>>, Error> {
-    simulate_many_excited_until(
-        postures,
-        states,
-        options,
-        &Excitation::default(),
-        resources,
-        cancel,
-    )
-}
-
-/// As [`simulate_many_until`], with the same kicks and motion of the ground in each run.
-///
-/// # Errors
-///
 /// As [`simulate_many`]; a kick or a motion of the ground that is out of range.
-pub fn simulate_many_excited_until(
+pub fn simulate_many_until(
     postures: &[Posture],
     states: &[State],
     options: &Options,
     excitation: &Excitation,
     resources: Resources,
     cancel: &dyn Fn() -> bool,
-) -> Result<Option<Vec<End>>, Error> {
+) -> Result<Vec<End>, Error> {
     options.validate()?;
     if let Some(posture) = postures.first() {
         excitation.validate(options.time, posture.fields().gravity)?;
@@ -120,19 +98,19 @@ pub fn simulate_many_excited_until(
             allowed: format!("one posture, or one for each of the {} states", states.len()),
         });
     }
-    ends_until(postures, states, options, excitation, resources, cancel)
-        .map_err(|(run, error)| Error::At { place: format!("run {run}"), error: error.into() })
+    ends(postures, states, options, excitation, resources, cancel)
+        .map_err(|(run, error)| error.at(|| format!("run {run}")))
 }
 
-/// As [`simulate_many_excited_until`], of valid options and excitation, with the number of the first run that fails.
-pub(crate) fn ends_until(
+/// As [`simulate_many_until`], of valid options and excitation, with the number of the first run that fails.
+pub(crate) fn ends(
     postures: &[Posture],
     states: &[State],
     options: &Options,
     excitation: &Excitation,
     resources: Resources,
     cancel: &dyn Fn() -> bool,
-) -> Result<Option<Vec<End>>, FailedAt> {
+) -> Result<Vec<End>, FailedAt> {
     let options = Options { record: false, certify: false, ..*options };
     let work = |runs: Range<usize>, stop: &dyn Fn() -> bool| {
         // Each block has its own copy: a shared posture would be reference-counted by all threads.
@@ -140,21 +118,19 @@ pub(crate) fn ends_until(
         let end = |run: usize| {
             // A run asks only after a thousand steps.
             if stop() {
-                return Ok(None);
+                return Err((run, Error::Cancelled));
             }
             let posture = own.as_ref().unwrap_or_else(|| &postures[run]);
             let start = states[run];
             let one = Simulation { posture, start, options, excitation, cancel: stop };
             one.end().map_err(|error| (run, error))
         };
-        runs.map(end).collect::<Result<Option<Vec<End>>, FailedAt>>()
+        runs.map(end).collect::<Result<Vec<End>, FailedAt>>()
     };
     let blocks = in_blocks(states.len(), LEAST, resources.threads, cancel, &work)?;
-    Ok(blocks.map(|blocks| {
-        let mut ends = Vec::with_capacity(states.len());
-        blocks.into_iter().for_each(|block| ends.extend(block));
-        ends
-    }))
+    let mut ends = Vec::with_capacity(states.len());
+    blocks.into_iter().for_each(|block| ends.extend(block));
+    Ok(ends)
 }
 
 #[cfg(test)]
@@ -177,8 +153,9 @@ mod tests {
         let starts = [State::at_rest([0.0, 0.1, 0.2]); 100];
         let options = Options { impact: Impact::Moreau, ..Options::default() };
         let resources = Resources { threads: 1 };
-        let ends = simulate_many_until(&blocks, &starts, &options, resources, &cancel);
-        assert!(ends.is_ok_and(|ends| ends.is_none()));
+        let excitation = Excitation::default();
+        let ends = simulate_many_until(&blocks, &starts, &options, &excitation, resources, &cancel);
+        assert_eq!(ends, Err(Error::Cancelled));
         assert_eq!(asked.get(), 4);
     }
 }

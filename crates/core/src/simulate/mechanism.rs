@@ -42,21 +42,20 @@ pub fn simulate_mechanism(
     options: &Options,
 ) -> Result<Trajectory, Error> {
     simulate_mechanism_until(mechanism, q, qdot, options, &|| false)
-        .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
 }
 
-/// As [`simulate_mechanism`]. `cancel` is called from time to time; once it returns true, the result is `None`.
+/// As [`simulate_mechanism`]. `cancel` is called from time to time.
 ///
 /// # Errors
 ///
-/// As [`simulate_mechanism`].
+/// As [`simulate_mechanism`]; [`Error::Cancelled`] once `cancel` returns true.
 pub fn simulate_mechanism_until(
     mechanism: &Mechanism,
     q: &[f64],
     qdot: &[f64],
     options: &Options,
     cancel: &dyn Fn() -> bool,
-) -> Result<Option<Trajectory>, Error> {
+) -> Result<Trajectory, Error> {
     options.validate()?;
     let unusable = |field: &str, value: String, allowed: String| Error::Unusable {
         field: field.into(),
@@ -123,8 +122,6 @@ pub fn simulate_mechanism_until(
         hidden_velocity,
     }));
     let mut driver = Driver::of_rows(state, place, subject, options, warnings, cancel);
-    if driver.run().is_none() {
-        return Ok(None);
-    }
-    Ok(Some(Trajectory::new(driver.record, Model::Local, ModelReason::Mechanism, *options)))
+    driver.run()?;
+    Ok(Trajectory::new(driver.record, Model::Local, ModelReason::Mechanism, *options))
 }

@@ -10,7 +10,7 @@ mod simulation;
 mod start;
 pub(crate) mod trajectory;
 
-pub use batch::{Resources, simulate_many, simulate_many_excited_until, simulate_many_until};
+pub use batch::{Resources, simulate_many, simulate_many_until};
 pub use clocks::FilmClock;
 pub use mechanism::{simulate_mechanism, simulate_mechanism_until};
 pub use reader::Reader;
@@ -50,8 +50,7 @@ use crate::sustained::frozen::{Frozen, Rows};
 /// An option or a quantity out of range; a state that is not finite, or that penetrates the terrain by more than [`TOUCH`](crate::tolerance::TOUCH) of
 /// the size of the body; [`Simultaneous::Together`](crate::options::Simultaneous::Together) with a law of impact for one contact at a time.
 pub fn simulate(posture: &Posture, state: &State, options: &Options) -> Result<Trajectory, Error> {
-    let run = Simulation::new(posture, *state, *options).run()?;
-    Ok(run.unwrap_or_else(|| unreachable!("nothing stops this run")))
+    Simulation::new(posture, *state, *options).run()
 }
 
 /// The motion of the gaps and of θ of a local model that is given by its parameters.
@@ -79,20 +78,19 @@ pub fn simulate_local(
     options: &Options,
 ) -> Result<Trajectory, Error> {
     simulate_local_until(model, start, options, &|| false)
-        .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
 }
 
-/// As [`simulate_local`]. `cancel` is called from time to time; once it returns true, the result is `None`.
+/// As [`simulate_local`]. `cancel` is called from time to time.
 ///
 /// # Errors
 ///
-/// As [`simulate_local`].
+/// As [`simulate_local`]; [`Error::Cancelled`] once `cancel` returns true.
 pub fn simulate_local_until(
     model: &LocalModel,
     start: &LocalState,
     options: &Options,
     cancel: &dyn Fn() -> bool,
-) -> Result<Option<Trajectory>, Error> {
+) -> Result<Trajectory, Error> {
     let (gaps, rates) = (start.gaps.unsigned_zero(), start.rates.unsigned_zero());
     let theta = finite("theta", start.theta)?.unsigned_zero();
     let omega = finite("omega", start.omega)?.unsigned_zero();
@@ -109,15 +107,13 @@ pub fn simulate_local_until(
     let subject = Subject::Local(Box::new((*model, LocalState { gaps, rates, theta, omega })));
     let place = h.iter().fold(0.0, |most: f64, h| most.max(*h));
     let mut driver = Driver::of_rows(frozen, place, subject, options, warnings, cancel);
-    if driver.run().is_none() {
-        return Ok(None);
-    }
+    driver.run()?;
     let run = Trajectory::new(driver.record, Model::Local, ModelReason::Given, *options);
     if !options.certify {
-        return Ok(Some(run));
+        return Ok(run);
     }
     let enclosure = enclosure::enclose_given(model, h, rates, options, cancel);
-    Ok(enclosure.map(|enclosure| run.with(enclosure)))
+    Ok(run.with(enclosure.ok_or(Error::Cancelled)?))
 }
 
 /// Checks the start of a run with these options; returns its gaps and warnings.

@@ -20,19 +20,18 @@ const TURNS: usize = 8;
 pub(crate) type FailedAt = (usize, Error);
 
 /// Computes a block from a range of numbers. Once its second argument, called from time to time, returns true, the result is
-/// `None`.
-type Work<'w, B> =
-    dyn Fn(Range<usize>, &dyn Fn() -> bool) -> Result<Option<B>, FailedAt> + Sync + 'w;
+/// [`Error::Cancelled`].
+type Work<'w, B> = dyn Fn(Range<usize>, &dyn Fn() -> bool) -> Result<B, FailedAt> + Sync + 'w;
 
-/// The blocks that `work` computes from 0..count, in order. A block has `least` numbers or more if there are as many. `None`
-/// once `cancel` returns true; the error of the lowest number if there are errors.
+/// The blocks that `work` computes from 0..count, in order. A block has `least` numbers or more if there are as many. The error of
+/// the lowest number if there are errors; [`Error::Cancelled`] once `cancel` returns true.
 pub(crate) fn in_blocks<B: Send>(
     count: usize,
     least: usize,
     threads: usize,
     cancel: &dyn Fn() -> bool,
     work: &Work<'_, B>,
-) -> Result<Option<Vec<B>>, FailedAt> {
+) -> Result<Vec<B>, FailedAt> {
     let threads = threads.clamp(1, count.max(1));
     let turn = count.div_ceil(threads * TURNS).clamp(least, TURN);
     if threads == 1 || count <= turn {
@@ -50,8 +49,8 @@ pub(crate) fn in_blocks<B: Send>(
                 break;
             }
             match work(from..(from + turn).min(count), &stopped) {
-                Ok(Some(block)) => blocks.push((from, block)),
-                Ok(None) => break,
+                Ok(block) => blocks.push((from, block)),
+                Err((_, Error::Cancelled)) => break,
                 Err((at, error)) => {
                     // Blocks are started in order and completed, so the first error is always found.
                     let mut slot = lock(&wrong);
@@ -94,13 +93,13 @@ pub(crate) fn in_blocks<B: Send>(
             .collect::<Vec<_>>()
     });
     if stop.into_inner() {
-        return Ok(None);
+        return Err((0, Error::Cancelled));
     }
     if let Some(wrong) = lock(&wrong).take() {
         return Err(wrong);
     }
     blocks.sort_unstable_by_key(|(from, _)| *from);
-    Ok(Some(blocks.into_iter().map(|(_, block)| block).collect()))
+    Ok(blocks.into_iter().map(|(_, block)| block).collect())
 }
 
 /// A poisoned lock is ignored: the panic of its thread is propagated.

@@ -31,7 +31,6 @@ use crate::simulate::trajectory::Trajectory;
 /// let excitation = Excitation { kicks: vec![kick], ..Excitation::default() };
 /// let start = State::at_rest([0.0; 3]);
 /// let run = Simulation { excitation: &excitation, ..Simulation::new(&block, start, Options::default()) }.run()?;
-/// let run = run.expect("nothing stops this run");
 /// assert!((run.state().q.x - 0.9).abs() < 1e-15);
 /// # Ok::<(), standfast::Error>(())
 /// ```
@@ -46,7 +45,7 @@ pub struct Simulation<'a> {
     pub options: Options,
     /// The kicks and the motion of the ground.
     pub excitation: &'a Excitation,
-    /// Called from time to time, on the thread of the run; once it returns true, the result is `None`.
+    /// Called from time to time, on the thread of the run; once it returns true, the result is [`Error::Cancelled`].
     pub cancel: &'a dyn Fn() -> bool,
 }
 
@@ -70,12 +69,12 @@ impl<'a> Simulation<'a> {
         Self { posture, start, options, excitation: &NOTHING, cancel: &|| false }
     }
 
-    /// The whole motion; `None` if [`cancel`](Self::cancel) has stopped it.
+    /// The whole motion.
     ///
     /// # Errors
     ///
-    /// As [`simulate`](crate::simulate()); a kick or a motion of the ground that is out of range; [`Options::certify`] with them.
-    pub fn run(&self) -> Result<Option<Trajectory>, Error> {
+    /// As [`simulate`](crate::simulate()); [`Error::Cancelled`]; a kick or a motion of the ground that is out of range; [`Options::certify`] with them.
+    pub fn run(&self) -> Result<Trajectory, Error> {
         self.options.validate()?;
         self.checked()?.motion()
     }
@@ -114,54 +113,54 @@ impl<'a> Simulation<'a> {
         }
     }
 
-    fn motion(&self) -> Result<Option<Trajectory>, Error> {
+    fn motion(&self) -> Result<Trajectory, Error> {
         let Self { posture, ref options, excitation, .. } = *self;
         let (model, reason) = self.choose();
         let start = Start::new(posture, &self.start, model)?;
         if excitation.is_none() {
-            let Some(record) = self.record(start, &[]) else { return Ok(None) };
-            return Ok(self.enclosed(Trajectory::new(record, model, reason, *options)));
+            let record = self.record(start, &[])?;
+            return self.enclosed(Trajectory::new(record, model, reason, *options));
         }
         let changes = excitation.changes(options.time, posture.fields().gravity);
-        let Some(mut record) = self.record(start, &changes) else { return Ok(None) };
+        let mut record = self.record(start, &changes)?;
         record.warnings.extend(lasting(excitation.ground_motion.as_ref()));
         let run = Trajectory::new(record, model, reason, *options);
-        Ok(Some(run.excited_by(excitation.clone())))
+        Ok(run.excited_by(excitation.clone()))
     }
 
     /// The end of the motion alone, for options that have been checked. Nothing is recorded.
-    pub(super) fn end(&self) -> Result<Option<End>, Error> {
+    pub(super) fn end(&self) -> Result<End, Error> {
         self.checked()?.end_of_motion()
     }
 
-    fn end_of_motion(&self) -> Result<Option<End>, Error> {
+    fn end_of_motion(&self) -> Result<End, Error> {
         let Self { posture, ref options, cancel, .. } = *self;
         if !self.excitation.is_none() {
-            return Ok(self.motion()?.map(|run| end_of(&run)));
+            return Ok(end_of(&self.motion()?));
         }
         let start = Start::new(posture, &self.start, self.choose().0)?;
-        Ok(start.driver(posture, &self.start, options, cancel).end())
+        start.driver(posture, &self.start, options, cancel).end()
     }
 
-    /// The record of a run with these changes; `None` if cancelled.
-    fn record(&self, start: Start, changes: &[Change]) -> Option<Box<Record>> {
+    /// The record of a run with these changes.
+    fn record(&self, start: Start, changes: &[Change]) -> Result<Box<Record>, Error> {
         let Self { posture, ref options, cancel, .. } = *self;
         let mut driver = start.driver(posture, &self.start, options, cancel);
         driver.run_stages(changes, options)?;
-        Some(driver.record)
+        Ok(driver.record)
     }
 
-    /// The run with proved bounds of its times, if the options ask for them; `None`: cancelled.
-    fn enclosed(&self, run: Trajectory) -> Option<Trajectory> {
+    /// The run with proved bounds of its times, if the options ask for them.
+    fn enclosed(&self, run: Trajectory) -> Result<Trajectory, Error> {
         let Self { posture, ref options, cancel, .. } = *self;
         if !options.certify {
-            return Some(run);
+            return Ok(run);
         }
         let enclosure = match run.model() {
             Model::Local => enclosure::enclose_local(posture, &self.start, options, cancel),
             _ => enclosure::enclose_full(posture, &self.start, options, cancel),
         };
-        enclosure.map(|enclosure| run.with(enclosure))
+        Ok(run.with(enclosure.ok_or(Error::Cancelled)?))
     }
 }
 

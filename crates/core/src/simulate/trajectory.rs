@@ -163,8 +163,8 @@ struct Question {
 const SENTENCES: [&str; 2] = ["model_reason", "warnings"];
 
 impl Question {
-    /// Simulates the run again and compares it with what the file says. `None` if it was cancelled.
-    fn answer(self, cancel: &dyn Fn() -> bool) -> Result<Option<Trajectory>, Error> {
+    /// Simulates the run again and compares it with what the file says.
+    fn answer(self, cancel: &dyn Fn() -> bool) -> Result<Trajectory, Error> {
         let run = match (&self.posture, &self.local_model, &self.mechanism, self.start) {
             (None, None, Some(mechanism), start) => {
                 let [q, qdot] = match start {
@@ -194,7 +194,6 @@ impl Question {
                 });
             }
         };
-        let Some(run) = run else { return Ok(None) };
         let made = serde_json::to_value(run.written());
         let made = made.unwrap_or_else(|e| unreachable!("a run is JSON: {e}"));
         let numbers =
@@ -207,7 +206,7 @@ impl Question {
                     "the run from this start has {made}; the file was changed, or written by another version"
                 ),
             }),
-            None => Ok(Some(run)),
+            None => Ok(run),
         }
     }
 }
@@ -710,8 +709,7 @@ impl Trajectory {
     /// [`Error::File`], as of [`load`](Self::load).
     pub fn from_json(text: &str) -> Result<Self, Error> {
         let run = Format::Json.read::<Question>(text).and_then(|run| run.answer(&|| false));
-        let run = run.map_err(|e| in_file(Path::new("run"), "", e))?;
-        Ok(run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
+        run.map_err(|e| in_file(Path::new("run"), "", e))
     }
 
     fn written(&self) -> Written<'_> {
@@ -777,18 +775,14 @@ impl Trajectory {
     /// the first value that does. A file of another version of this crate may differ.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         Self::load_until(path, &|| false)
-            .map(|run| run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
     }
 
-    /// As [`load`](Self::load). `cancel` is called from time to time; once it returns true, the result is `None`.
+    /// As [`load`](Self::load). `cancel` is called from time to time.
     ///
     /// # Errors
     ///
-    /// As [`load`](Self::load).
-    pub fn load_until(
-        path: impl AsRef<Path>,
-        cancel: &dyn Fn() -> bool,
-    ) -> Result<Option<Self>, Error> {
+    /// As [`load`](Self::load); [`Error::Cancelled`] once `cancel` returns true.
+    pub fn load_until(path: impl AsRef<Path>, cancel: &dyn Fn() -> bool) -> Result<Self, Error> {
         let path = path.as_ref();
         let problem = |problem: String| Error::File { path: quoted(path), problem, error: None };
         let bytes = read_whole(path, "file of a run", None)?;
@@ -879,8 +873,6 @@ impl Serialize for Trajectory {
 
 impl<'de> Deserialize<'de> for Trajectory {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let run = Question::deserialize(deserializer)?.answer(&|| false);
-        let run = run.map_err(D::Error::custom)?;
-        Ok(run.unwrap_or_else(|| unreachable!("nothing cancels this run")))
+        Question::deserialize(deserializer)?.answer(&|| false).map_err(D::Error::custom)
     }
 }

@@ -173,34 +173,24 @@ impl ReducedMap {
     /// // Inside the bound of clattering convergence: both contacts are hit in turn until both rest.
     /// let (gravity, psi, restitution) = ([1.0; 2], [0.9; 2], [0.1; 2]);
     /// let model = LocalModel::new(LocalModelFields { gravity, psi, restitution, ..LocalModelFields::default() })?;
-    /// let fate = ReducedMap::new(&model)?.fate([0.0, 0.1], [0.1, -1.9], 1000)?;
+    /// let fate = ReducedMap::new(&model)?.fate([0.0, 0.1], [0.1, -1.9], 1000, &|| false)?;
     /// assert_eq!(fate.kind, FateKind::Clattering);
     /// # Ok::<(), standfast::Error>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// As [`ReducedMap::orbit`].
-    pub fn fate(&self, gaps: [f64; 2], rates: [f64; 2], n: usize) -> Result<Fate, Error> {
-        self.fate_until(gaps, rates, n, &|| false)
-            .map(|found| found.unwrap_or_else(|| unreachable!("nothing cancels this orbit")))
-    }
-
-    /// As [`ReducedMap::fate`]. `cancel` is called from time to time; the result is `None` once it returns true.
-    ///
-    /// # Errors
-    ///
-    /// As [`ReducedMap::orbit`].
-    pub fn fate_until(
+    /// As [`ReducedMap::orbit`]; [`Error::Cancelled`] once `cancel`, which is called from time to time, returns true.
+    pub fn fate(
         &self,
         gaps: [f64; 2],
         rates: [f64; 2],
         n: usize,
         cancel: &dyn Fn() -> bool,
-    ) -> Result<Option<Fate>, Error> {
+    ) -> Result<Fate, Error> {
         let mut shape = match self.start(gaps, rates)?.first {
             Ok(shape) => shape,
-            Err(end) => return Ok(Some(self.ended(end, 0))),
+            Err(end) => return Ok(self.ended(end, 0)),
         };
         // The stored shape, impacts since, impacts until it is replaced, and whether a recurrence to it was already rejected.
         let (mut kept, mut since, mut keep, mut tried) = (shape, 0, 1, false);
@@ -211,24 +201,24 @@ impl ReducedMap {
         };
         for hits in 0..n {
             if hits % CANCEL_INTERVAL == CANCEL_INTERVAL - 1 && cancel() {
-                return Ok(None);
+                return Err(Error::Cancelled);
             }
             if let Some(fate) = self.clatters(&shape, hits) {
-                return Ok(Some(of_the_start(spread, &shape, fate)));
+                return Ok(of_the_start(spread, &shape, fate));
             }
             shape = match self.step(&shape) {
                 Ok(step) => {
                     spread = spread.after(&step, self.rounding(&shape, &step));
                     step.shape
                 }
-                Err(end) => return Ok(Some(of_the_start(spread, &shape, self.ended(end, hits)))),
+                Err(end) => return Ok(of_the_start(spread, &shape, self.ended(end, hits))),
             };
             since += 1;
             if !tried && recurs(&shape, &kept) {
                 if let Some(sigma) = self.attracting_cycle(&kept, since) {
                     let (period, hits) = (Some(since), hits + 1);
                     let fate = Fate { period, sigma, ..Fate::of(FateKind::SelfSimilar, hits) };
-                    return Ok(Some(fate));
+                    return Ok(fate);
                 }
                 tried = true;
             }
@@ -236,7 +226,7 @@ impl ReducedMap {
                 (kept, since, keep, tried) = (shape, 0, 2 * keep, false);
             }
         }
-        Ok(Some(Fate::of(FateKind::Other, n)))
+        Ok(Fate::of(FateKind::Other, n))
     }
 }
 
@@ -254,7 +244,7 @@ mod tests {
             ..LocalModelFields::default()
         })
         .unwrap();
-        ReducedMap::new(&model).unwrap().fate([0.0, 0.1], [0.1, -1.0], n).unwrap()
+        ReducedMap::new(&model).unwrap().fate([0.0, 0.1], [0.1, -1.0], n, &|| false).unwrap()
     }
 
     #[test]

@@ -377,38 +377,22 @@ impl ReducedMap {
     ///
     /// # Errors
     ///
-    /// As [`ReducedMap::orbit`].
+    /// As [`ReducedMap::orbit`]; [`Error::Cancelled`] once `cancel`, which is called from time to time, returns true.
     pub fn exponents(
         &self,
         gaps: [f64; 2],
         rates: [f64; 2],
         n: usize,
         transient: usize,
-    ) -> Result<Exponents, Error> {
-        self.exponents_until(gaps, rates, n, transient, &|| false)
-            .map(|found| found.unwrap_or_else(|| unreachable!("nothing cancels this orbit")))
-    }
-
-    /// As [`ReducedMap::exponents`]. `cancel` is called from time to time; the result is `None` once it returns true.
-    ///
-    /// # Errors
-    ///
-    /// As [`ReducedMap::orbit`].
-    pub fn exponents_until(
-        &self,
-        gaps: [f64; 2],
-        rates: [f64; 2],
-        n: usize,
-        transient: usize,
         cancel: &dyn Fn() -> bool,
-    ) -> Result<Option<Exponents>, Error> {
+    ) -> Result<Exponents, Error> {
         let mut next = self.start(gaps, rates)?.first;
         let mut frame = [1.0, 0.0];
         let mut means = Means::new(n);
         for k in 0..transient.saturating_add(n) {
             let Ok(shape) = next else { break };
             if k % CANCEL_INTERVAL == CANCEL_INTERVAL - 1 && cancel() {
-                return Ok(None);
+                return Err(Error::Cancelled);
             }
             next = self.step(&shape).map(|step| {
                 let stretch = stretched(&mut frame, &step.tangent);
@@ -419,7 +403,7 @@ impl ReducedMap {
             });
         }
         let end = next.err().filter(|_| means.hits < n);
-        Ok(Some(means.exponents(end)))
+        Ok(means.exponents(end))
     }
 }
 

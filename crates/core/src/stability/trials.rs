@@ -76,7 +76,7 @@ fn opening(posture: &Posture) -> Option<Vector3<f64>> {
 }
 
 /// `kicks` random small kicks from a posture: position, rotation and velocities uniform in a box, lifted until no contact is
-/// in the terrain. The same `seed` gives the same numbers. `None` once `cancel` returns true.
+/// in the terrain. The same `seed` gives the same numbers.
 ///
 /// ```
 /// use standfast::options::Jams;
@@ -84,21 +84,21 @@ fn opening(posture: &Posture) -> Option<Vector3<f64>> {
 /// use standfast::{Lamina, Posture};
 ///
 /// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, ..Lamina::default() })?;
-/// let found = trials(&rod, 100, 0, Jams::None, &|| false)?.expect("nothing stops it");
+/// let found = trials(&rod, 100, 0, Jams::None, &|| false)?;
 /// assert_eq!((found.rest, found.kicks), (100, 100));
 /// # Ok::<(), standfast::Error>(())
 /// ```
 ///
 /// # Errors
 ///
-/// As [`simulate`](crate::simulate()); more than [`MOST_TRIALS`] kicks.
+/// As [`simulate`](crate::simulate()); more than [`MOST_TRIALS`] kicks; [`Error::Cancelled`] once `cancel` returns true.
 pub fn trials(
     posture: &Posture,
     kicks: usize,
     seed: u64,
     jams: Jams,
     cancel: &dyn Fn() -> bool,
-) -> Result<Option<Trials>, Error> {
+) -> Result<Trials, Error> {
     // Small motions do not reach the ground of contacts in the air, nor the ends of the pieces of terrain.
     let standing = with_contacts(posture, &touching(posture))?;
     let endless = [f64::NEG_INFINITY, f64::INFINITY];
@@ -133,10 +133,9 @@ pub fn trials(
             None => q = [0.0; 3],
         }
         let run = Simulation::new(posture, State::new(q, qdot), options);
-        let Some(run) = (Simulation { cancel, ..run }).run()? else { return Ok(None) };
-        found.count(run.outcome());
+        found.count(Simulation { cancel, ..run }.run()?.outcome());
     }
-    Ok(Some(found))
+    Ok(found)
 }
 
 /// The same for a mechanism: velocities uniform in a box of the coordinates in which the kinetic energy is ½|ẏ|², with contact speeds of up to
@@ -150,21 +149,21 @@ pub fn trials(
 ///
 /// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, ..Lamina::default() })?;
 /// let rod = Mechanism::of_posture(&rod)?;
-/// let found = mechanism_trials(&rod, 100, 0, Jams::None, &|| false)?.expect("nothing stops it");
+/// let found = mechanism_trials(&rod, 100, 0, Jams::None, &|| false)?;
 /// assert_eq!((found.rest, found.kicks), (100, 100));
 /// # Ok::<(), standfast::Error>(())
 /// ```
 ///
 /// # Errors
 ///
-/// As [`simulate_mechanism`](crate::simulate::simulate_mechanism); more than [`MOST_TRIALS`] kicks.
+/// As [`simulate_mechanism`](crate::simulate::simulate_mechanism); more than [`MOST_TRIALS`] kicks; [`Error::Cancelled`] once `cancel` returns true.
 pub fn mechanism_trials(
     mechanism: &Mechanism,
     kicks: usize,
     seed: u64,
     jams: Jams,
     cancel: &dyn Fn() -> bool,
-) -> Result<Option<Trials>, Error> {
+) -> Result<Trials, Error> {
     let space = mechanism.contact_space();
     let (count, dof) = (mechanism.contacts().len(), space.pull().len());
     let speed = KICK * space.largest_pull().sqrt() / space.reach();
@@ -197,8 +196,7 @@ pub fn mechanism_trials(
         }
         let [q, qdot] = [y, v].map(|y| mechanism.coordinates(&y));
         let run = simulate_mechanism_until(mechanism, &q, &qdot, &options, cancel)?;
-        let Some(run) = run else { return Ok(None) };
         found.count(run.outcome());
     }
-    Ok(Some(found))
+    Ok(found)
 }
