@@ -145,7 +145,7 @@ impl GroundMotion {
 }
 
 impl Excitation {
-    /// Whether nothing acts.
+    /// Returns true if nothing acts.
     #[must_use]
     pub fn is_none(&self) -> bool {
         self.kicks.is_empty() && self.ground_motion.is_none()

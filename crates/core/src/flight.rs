@@ -86,8 +86,8 @@ const GRAZING_TURNS: usize = 32;
 pub(crate) const LOST_PHASE: &str = "the next flight turns by more than 1e12 rad or goes farther than 1e12 times the size of the \
      body, so that at most four digits of the gaps at its end would be correct: the run ends here";
 
-/// Whether rounding makes the position of the body unknown after a flight: `angle` is its rotation (rad), `way` the distance covered (m),
-/// `square` the squared size of the body (m²).
+/// Returns true if rounding makes the position of the body unknown after a flight: `angle` is its rotation (rad), `way` the distance
+/// covered (m), `square` the squared size of the body (m²).
 pub(crate) fn is_lost(angle: f64, way: f64, square: f64) -> bool {
     angle.abs() > PHASE_LOST || way * way > PLACE_LOST * PLACE_LOST * square
 }
@@ -158,8 +158,8 @@ impl GapArc {
         self.g + self.c * self.omega * self.omega
     }
 
-    /// Whether the gap is certainly positive at all times from 0 (excluded) to `limit`, in s. With k = g + ω²(|b| + |c|) ≥ −ḧ the gap is at
-    /// least h + t(u − kt/2): concave in t, not negative at the start, so that its value at the limit decides.
+    /// Returns true if the gap is certainly positive at all times from 0 (excluded) to `limit`, in s. With k = g + ω²(|b| + |c|) ≥ −ḧ the
+    /// gap is at least h + t(u − kt/2): concave in t, not negative at the start, so that its value at the limit decides.
     pub(crate) fn stays_open(&self, limit: f64) -> bool {
         let k = self.g + self.omega * self.omega * (self.b.abs() + self.c.abs());
         let fall = 0.5 * k.max(0.0) * limit;
@@ -189,7 +189,7 @@ impl GapArc {
         [gap, self.u.abs() + fall + self.omega.abs() * spun]
     }
 
-    /// Whether the arc is concave for ever: ω²|d| < g. (For g < −ω²|d| it is convex for ever.)
+    /// Returns true if the arc is concave for ever: ω²|d| < g. (For g < −ω²|d| it is convex for ever.)
     #[inline]
     pub(crate) fn is_concave(&self) -> bool {
         let w2 = self.omega * self.omega;

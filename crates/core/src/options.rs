@@ -265,13 +265,13 @@ impl Options {
         }
     }
 
-    /// Whether contacts at rest take part in the impacts of others.
+    /// Returns true if contacts at rest take part in the impacts of others.
     pub(crate) fn hits_resting(&self) -> bool {
         self.impact == Impact::Moreau && self.policy() == Simultaneous::Together
     }
 
-    /// Whether impacts act along the normal of one contact that approaches, or of two, so that two contacts need no more than their gaps and
-    /// rates. No contact jams without friction.
+    /// Returns true if impacts act along the normal of one contact that approaches, or of two, so that two contacts need no more than their
+    /// gaps and rates. No contact jams without friction.
     pub(crate) fn is_frictionless(&self, posture: &Posture) -> bool {
         let contacts = posture.contacts();
         self.impact == Impact::Newton && self.jams == Jams::None

@@ -106,7 +106,7 @@ impl ContactSet {
         ContactSetIter(self.0)
     }
 
-    /// Whether it has this contact.
+    /// Returns true if it has this contact.
     #[must_use]
     pub fn contains(self, contact: ContactNumber) -> bool {
         contact.0 < MOST_CONTACTS && self.0 >> contact.0 & 1 == 1
@@ -118,7 +118,7 @@ impl ContactSet {
         self.0.count_ones() as usize
     }
 
-    /// Whether it has no contacts.
+    /// Returns true if it has no contacts.
     #[must_use]
     pub fn is_empty(self) -> bool {
         self.0 == 0
@@ -346,7 +346,7 @@ pub struct ZenoPoint {
 }
 
 impl ZenoPoint {
-    /// Whether infinitely many impacts end at this point. They do not where contacts rest from the start or land without rebound.
+    /// Returns true if infinitely many impacts end at this point. They do not where contacts rest from the start or land without rebound.
     #[must_use]
     pub fn is_infinite(&self) -> bool {
         self.method != ZenoMethod::Rest && !self.plastic

@@ -317,7 +317,7 @@ impl Foot {
     }
 }
 
-/// Whether the body has come back to the stance on these feet: see the top of this file.
+/// Returns true if the body has come back to the stance on these feet: see the top of this file.
 fn came_back(posture: &Posture, feet: &[Foot], run: &Options, end: &End) -> bool {
     let q = &end.state.q;
     let moved = libm::hypot(q.x, q.y);

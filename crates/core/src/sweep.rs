@@ -536,7 +536,7 @@ impl Sweep {
         self
     }
 
-    /// Whether one of the quantities is a result of a run.
+    /// Returns true if one of the quantities is a result of a run.
     #[must_use]
     pub fn needs_start(&self) -> bool {
         self.quantities.iter().any(|quantity| quantity.needs_run())

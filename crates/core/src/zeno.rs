@@ -237,7 +237,7 @@ impl FrozenModel {
         self.g[i] + self.psi[1 - i] * self.g[1 - i]
     }
 
-    /// Whether the rows of the contacts are equal within their rounding errors.
+    /// Returns true if the rows of the contacts are equal within their rounding errors.
     pub(crate) fn is_parallel(&self) -> bool {
         is_parallel(self.psi)
     }
@@ -268,9 +268,8 @@ impl FrozenModel {
         Some(ClatterTail { duration, error, proved: k.left_out == 0.0 })
     }
 
-    /// Whether impacts provably alternate for ever and end in a 2-Zeno, after an impact at `a`:
-    /// ϱ ≤ λ₊, κ = max(ϱ, λ₋)³/e² < 1, η < 1 and (g̃_b/g̃_a) κη(1−η) < 1, with
-    /// ϱ = √ψ_a u_a/(√ψ_b|u_b|) and η = g_aτ/(2u_a), τ the coming flight.
+    /// Returns true if impacts provably alternate for ever and end in a 2-Zeno, after an impact at `a`: ϱ ≤ λ₊, κ = max(ϱ, λ₋)³/e² < 1, η <
+    /// 1 and (g̃_b/g̃_a) κη(1−η) < 1, with ϱ = √ψ_a u_a/(√ψ_b|u_b|) and η = g_aτ/(2u_a), τ the coming flight.
     pub(crate) fn certainly_clatters(&self, a: usize, gaps: &Gaps) -> bool {
         let Some(k) = &self.clatter else { return false };
         let (b, e) = (1 - a, self.e[0]);
@@ -314,8 +313,8 @@ impl FrozenModel {
         self.chatters() && self.clatter.as_ref().is_none_or(inside)
     }
 
-    /// Whether contact impacts without gravity alternate for ever: ψ > 0 and
-    /// p_1p_2 ≥ (√e_1 + √e_2)², p_i = (1+e_i)ψ_i (Goyal's bound, for unequal restitutions).
+    /// Returns true if contact impacts without gravity alternate for ever: ψ > 0 and p_1p_2 ≥ (√e_1 + √e_2)², p_i = (1+e_i)ψ_i (Goyal's
+    /// bound, for unequal restitutions).
     pub(crate) fn chatters(&self) -> bool {
         let bound = self.e[0].sqrt() + self.e[1].sqrt();
         self.psi[0] > 0.0 && self.kappa[0] * self.kappa[1] >= bound * bound

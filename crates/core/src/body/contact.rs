@@ -163,7 +163,7 @@ impl Contact {
         contact
     }
 
-    /// Whether the contact is a disc, not a point.
+    /// Returns true if the contact is a disc, not a point.
     pub(crate) fn is_round(&self) -> bool {
         self.radius > 0.0
     }

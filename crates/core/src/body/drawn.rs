@@ -48,7 +48,7 @@ fn rim(contact: &Contact) -> Vec<[f64; 2]> {
     (0..RIM).map(point).collect()
 }
 
-/// Whether two lines are the same for a body of this size (m).
+/// Returns true if two lines are the same for a body of this size (m).
 fn same_line(one: Line, other: Line, size: f64) -> bool {
     let side = one.1.perp(&(other.0 - one.0)) / size;
     side.abs().max(one.1.perp(&other.1).abs()) < SAME_LINE

@@ -114,7 +114,7 @@ impl Outline {
         Ok(Some(Self { sides, radius, depth: EDGE_DEPTH * radius, is_convex }))
     }
 
-    /// Whether a point lies deeper in the body than the tolerance.
+    /// Returns true if a point lies deeper in the body than the tolerance.
     pub(crate) fn holds(&self, p: &Vector2<f64>) -> bool {
         // The boundary is crossed an odd number of times on the way from p to infinity along x. Sides that meet have the same corner to the
         // bit, so that a way through a corner crosses both or neither.
@@ -129,8 +129,8 @@ impl Outline {
             && self.sides.iter().all(|side| side.distance(p) > self.depth)
     }
 
-    /// Whether the convex hull of these points stays clear of all sides after each side is moved into the body by the tolerance. Each point
-    /// is known up to `error` (m).
+    /// Returns true if the convex hull of these points stays clear of all sides after each side is moved into the body by the tolerance.
+    /// Each point is known up to `error` (m).
     pub(crate) fn is_off_sides(&self, hull: &[Vector2<f64>], error: f64) -> bool {
         let margin = error + self.depth;
         self.sides.iter().all(|side| {

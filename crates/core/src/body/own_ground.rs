@@ -37,7 +37,7 @@ pub(crate) struct OwnGround {
     pub(crate) room: f64,
 }
 
-/// Whether the line of a contact has no ends.
+/// Returns true if the line of a contact has no ends.
 fn is_endless(contact: &Contact) -> bool {
     contact.segment == [f64::NEG_INFINITY, f64::INFINITY]
 }

@@ -357,7 +357,7 @@ impl Posture {
         (0..points.len()).filter(|&i| !points[..i].contains(&points[i]))
     }
 
-    /// Whether a contact is a disc.
+    /// Returns true if a contact is a disc.
     pub(crate) fn has_rounds(&self) -> bool {
         self.contacts().iter().any(Contact::is_round)
     }
@@ -550,7 +550,7 @@ impl Posture {
         )
     }
 
-    /// Whether a contact is on its ground at `q`, within its rounding error.
+    /// Returns true if a contact is on its ground at `q`, within its rounding error.
     fn touches(&self, i: usize, q: &Vector3<f64>) -> bool {
         let Under { geometry, exists, .. } = self.under(i, q, false);
         let known = self.place_rounding(i, q, false).max(TOUCH * self.size());

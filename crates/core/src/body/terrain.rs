@@ -51,7 +51,7 @@ impl End {
         Self { vertex, across, at }
     }
 
-    /// Whether there is no end on this side.
+    /// Returns true if there is no end on this side.
     pub(crate) fn is_endless(&self) -> bool {
         self.at.is_infinite()
     }
@@ -180,7 +180,7 @@ impl Piece {
         precise_area(&from, &to, at).abs() / libm::hypot(to.x - from.x, to.y - from.y)
     }
 
-    /// Whether a vertical at `x` meets the piece.
+    /// Returns true if a vertical at `x` meets the piece.
     pub(crate) fn is_at_x(&self, x: f64) -> bool {
         let [from, to] = self.ends.map(|end| end.vertex.x);
         from.min(to) <= x && x <= from.max(to)

@@ -67,7 +67,7 @@ fn next_landing(m: &FrozenModel, gaps: &Gaps) -> (usize, f64, bool) {
     (first, t[first], are_one(t[0], t[1]))
 }
 
-/// Whether two contacts land together: their times of flight differ by rounding errors only. For example, gaps in the ratio of the
+/// Returns true if two contacts land together: their times of flight differ by rounding errors only. For example, gaps in the ratio of the
 /// components of gravity into the two grounds close at the same instant if the body falls from rest without turning. Rounding errors must
 /// not decide which contact lands first.
 pub(crate) fn are_one(t: f64, other: f64) -> bool {
@@ -537,7 +537,7 @@ pub(crate) fn time_to_rest(m: &FrozenModel, gaps: &Gaps) -> Option<f64> {
     Some(8.0 * speed / (weakest * (1.0 - m.e[0].max(m.e[1]))))
 }
 
-/// Whether the state after two more collisions is the present state on a smaller scale.
+/// Returns true if the state after two more collisions is the present state on a smaller scale.
 fn repeats(m: &FrozenModel, a: usize, gaps: &Gaps) -> bool {
     let shape = |gaps: &Gaps| {
         let (u_a, u_b) = (gaps.u[a], gaps.u[1 - a]);

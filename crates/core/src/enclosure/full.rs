@@ -94,7 +94,7 @@ impl Foot {
         Some(omega.square() * (self.b.square() + self.c.square()).root()?)
     }
 
-    /// Whether the contact certainly does not enter the terrain at once.
+    /// Returns true if the contact certainly does not enter the terrain at once.
     fn starts(&self) -> bool {
         self.h.is_positive() || self.h.is_zero() && self.u.is_not_negative()
     }

@@ -30,7 +30,7 @@ impl Format {
         }
     }
 
-    /// Whether the table of a text has this key.
+    /// Returns true if the table of a text has this key.
     pub(crate) fn has(self, text: &str, key: &str) -> bool {
         match self {
             Self::Toml => DeTable::parse(text).is_ok_and(|table| table.get_ref().contains_key(key)),

@@ -245,7 +245,7 @@ mod tests {
         exact(x.hi).unwrap() + exact(x.lo).unwrap()
     }
 
-    /// Whether a number is in a ball. A ball that has overflowed contains every number, and must not claim a sign.
+    /// Returns true if a number is in a ball. A ball that has overflowed contains every number, and must not claim a sign.
     fn contains(ball: Ball, x: &Q) -> bool {
         let Ball { hi, lo, radius } = ball;
         if let (Some(hi), Some(lo), Some(radius)) = (exact(hi), exact(lo), exact(radius)) {
@@ -271,7 +271,7 @@ mod tests {
         if *x < zero() { -x } else { x.clone() }
     }
 
-    /// Whether all balls are far from overflow and from underflow, so that results must be narrow.
+    /// Returns true if all balls are far from overflow and from underflow, so that results must be narrow.
     fn ordinary(balls: &[Ball]) -> bool {
         balls.iter().all(|x| x.hi == 0.0 || (1e-60..1e60).contains(&x.hi.abs()))
     }

@@ -224,7 +224,7 @@ mod tests {
         below && above
     }
 
-    /// Whether both ends are at most two doubles beyond the least and the largest of these numbers.
+    /// Returns true if both ends are at most two doubles beyond the least and the largest of these numbers.
     fn is_tight(i: Interval, all: &[Q]) -> bool {
         let (Some(least), Some(most)) = (all.iter().min(), all.iter().max()) else { return false };
         // An end of which this is infinite is the largest or the least double: the values have overflowed.

@@ -11,7 +11,7 @@ use crate::outcome::ContactNumber;
 use crate::serial::numbers::AnyNumber;
 use crate::tolerance::{FIXED_ACCELERATION, TIE};
 
-/// Whether an acceleration that no force can change counts as a tie although it is above the rounding error of an exact zero.
+/// Returns true if an acceleration that no force can change counts as a tie although it is above the rounding error of an exact zero.
 pub(super) fn is_doubtful(value: f64) -> bool {
     value.abs() > FIXED_ACCELERATION && value.abs() <= TIE
 }
@@ -38,7 +38,7 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// Whether equality fails the test.
+    /// Returns true if equality fails the test.
     #[must_use]
     pub fn is_strict(self) -> bool {
         matches!(self, Self::Opens | Self::SlidesRight | Self::SlidesLeft)
@@ -76,13 +76,13 @@ pub struct Margin {
 }
 
 impl Margin {
-    /// Whether the test holds; a tie counts for the closed word.
+    /// Returns true if the test holds; a tie counts for the closed word.
     #[must_use]
     pub fn holds(&self) -> bool {
         self.condition.holds(self.value)
     }
 
-    /// Whether the test holds, or fails by no more than a tie.
+    /// Returns true if the test holds, or fails by no more than a tie.
     #[must_use]
     pub fn is_tie(&self) -> bool {
         self.value.abs() <= TIE
@@ -175,14 +175,14 @@ impl ModeAnswer {
         self.margins.iter().filter(move |margin| !self.consistent && !stands(margin))
     }
 
-    /// Whether rounding may decide: a test holds or fails by no more than [`TIE`], or the friction matrix is singular
-    /// (at a threshold of Painlevé).
+    /// Returns true if rounding may decide: a test holds or fails by no more than [`TIE`], or the friction matrix is singular (at a
+    /// threshold of Painlevé).
     #[must_use]
     pub fn near_degenerate(&self) -> bool {
         self.singular || self.margins.iter().any(Margin::is_tie)
     }
 
-    /// Whether the word is inconsistent at most because of ties: each test holds, or would hold without [`TIE`].
+    /// Returns true if the word is inconsistent at most because of ties: each test holds, or would hold without [`TIE`].
     pub(super) fn holds_but_for_ties(&self) -> bool {
         let holds = |margin: &Margin| margin.holds() || margin.value > 0.0;
         self.determined != Forces::Impossible && self.margins.iter().all(holds)

@@ -33,7 +33,7 @@ impl Words {
         Self { found: BTreeSet::new(), most, full: false }
     }
 
-    /// Whether there is room for more.
+    /// Returns true if there is room for more.
     fn add(&mut self, word: Word) -> bool {
         self.full |= self.found.len() >= self.most;
         if !self.full {
@@ -127,7 +127,7 @@ impl<V: MassVector> Flat<V> {
         }
     }
 
-    /// Whether the contact stays closed on all of the flat.
+    /// Returns true if the contact stays closed on all of the flat.
     pub(super) fn holds(&self, row: &Row<V>) -> bool {
         matches!(self.value(normal(row)), On::Constant(value) if value.abs() <= TIE)
     }
@@ -299,7 +299,7 @@ fn choose(
     true
 }
 
-/// Whether a point has these signs on the first sides, by more than a tie.
+/// Returns true if a point has these signs on the first sides, by more than a tie.
 fn is_open(sides: &[(f64, Vec<f64>)], signs: &[bool]) -> bool {
     // max t with sign·(value + slopes·z) ≥ t and t ≤ 1. Variables: z as the difference of two, t, a slack for each row.
     let axes = sides[0].1.len();

@@ -149,7 +149,7 @@ pub(super) fn solve<P: Problem>(
     answer
 }
 
-/// Whether the weight of a generator is positive for some choice of the forces. `sum`: of the weights of one choice.
+/// Returns true if the weight of a generator is positive for some choice of the forces. `sum`: of the weights of one choice.
 fn can_press<V: MassVector>(
     generators: &[Generator<V>],
     independent: &[Plane<'_, V>],

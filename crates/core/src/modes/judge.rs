@@ -51,8 +51,8 @@ pub(super) fn judge<P: Problem>(
     }
 }
 
-/// Whether a strict test holds only because of a tie: a force is outside its cone by less than a tie, and the acceleration of the strict
-/// test is below the acceleration that this force can cause.
+/// Returns true if a strict test holds only because of a tie: a force is outside its cone by less than a tie, and the acceleration of the
+/// strict test is below the acceleration that this force can cause.
 pub(super) fn leans_on_a_tie(margins: &[Margin]) -> bool {
     let least = |strict: bool| {
         let of_kind = margins.iter().filter(|m| m.condition.is_strict() == strict);

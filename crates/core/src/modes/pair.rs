@@ -60,7 +60,7 @@ impl PairModes {
         self.iter().filter(|mode| mode.consistent)
     }
 
-    /// Whether the consistent words are the same without ties.
+    /// Returns true if the consistent words are the same without ties.
     fn is_decided(&self) -> bool {
         let any = |test: fn(&PairMode) -> bool| self.iter().any(test);
         !self.leans && (any(|mode| mode.consistent) || !any(|mode| mode.near_degenerate))

@@ -98,7 +98,7 @@ impl OnGround<'_, '_> {
         }
     }
 
-    /// Whether the next piece rises in the way of point `j`, which is at an end of its piece.
+    /// Returns true if the next piece rises in the way of point `j`, which is at an end of its piece.
     fn rises(&self, j: usize, side: usize) -> bool {
         let next = self.neighbour(j, side);
         next.h == 0.0 && next.u < 0.0

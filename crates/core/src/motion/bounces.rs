@@ -305,8 +305,8 @@ impl Bouncing<'_> {
         (g > 0.0).then_some(duration)
     }
 
-    /// Whether in constant geometry no other contact would land before the limit, or none may come near: a quick look before the work. If the
-    /// contact slides, the impulses P (−σμ, 1) stop its fall: Σ P w_nn' = g T + u, and they act, on average, at eT/(1 + e).
+    /// Returns true if in constant geometry no other contact would land before the limit, or none may come near: a quick look before the
+    /// work. If the contact slides, the impulses P (−σμ, 1) stop its fall: Σ P w_nn' = g T + u, and they act, on average, at eT/(1 + e).
     fn may_be_alone(&self, duration: f64) -> bool {
         let (body, p, rho2) = (self.body, &self.body.points[self.i], self.body.rho2);
         let (g, e) = (body.arc(self.i).effective_gravity(), self.material.restitution);
@@ -327,8 +327,8 @@ impl Bouncing<'_> {
         })
     }
 
-    /// Whether no other contact lands, no corner of the ground meets a side, no end of the ground is passed and no other piece of it is met
-    /// before the limit.
+    /// Returns true if no other contact lands, no corner of the ground meets a side, no end of the ground is passed and no other piece of
+    /// it is met before the limit.
     fn is_alone(&self, sum: &Sum, posture: &Posture, edges: &EdgeWatch) -> bool {
         let (body, p) = (self.body, &self.body.points[self.i]);
         let (duration, size) = (sum.at(0.0).0[0], posture.size());

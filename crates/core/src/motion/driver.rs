@@ -359,7 +359,7 @@ impl<'a> Driver<'a> {
         self.write_flight();
     }
 
-    /// Whether the motion has left the neighbourhood of the run; if not, the largest speed follows.
+    /// Returns true if the motion has left the neighbourhood of the run; if not, the largest speed follows.
     pub(super) fn has_left(&mut self) -> bool {
         let (near, late) = (self.options.neighbourhood, self.log.clock.hi > DEPARTS_AFTER);
         let limit = near.min(DEPARTED);

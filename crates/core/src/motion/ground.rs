@@ -141,7 +141,7 @@ impl OnGround<'_, '_> {
         true
     }
 
-    /// Whether a flight of this duration and distance is too long for the position to stay resolved. With one contact only the
+    /// Returns true if a flight of this duration and distance is too long for the position to stay resolved. With one contact only the
     /// angle counts.
     fn loses_place(&self, dt: f64, way: f64) -> bool {
         let BodyState { points, spin, .. } = &self.state;
@@ -251,8 +251,8 @@ impl OnGround<'_, '_> {
         self.state.reconcile(self.ground.posture.size());
     }
 
-    /// Whether the body has fallen below all of its terrain, so that it meets nothing any more. In the local model a contact moves away
-    /// from the centre of mass without bound.
+    /// Returns true if the body has fallen below all of its terrain, so that it meets nothing any more. In the local model a contact moves
+    /// away from the centre of mass without bound.
     fn is_lost(&self) -> bool {
         let BodyState { center, fall, frozen, .. } = &self.state;
         if *frozen {

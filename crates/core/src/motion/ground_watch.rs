@@ -87,12 +87,12 @@ impl GroundWatch {
         Self { lines: own.is_some(), points, sides, at, room }
     }
 
-    /// Whether checks are needed.
+    /// Returns true if checks are needed.
     pub(crate) fn is_on(&self) -> bool {
         self.room < f64::INFINITY
     }
 
-    /// Whether a body at this q is so near to the position of the last check that none is needed.
+    /// Returns true if a body at this q is so near to the position of the last check that none is needed.
     pub(crate) fn is_near(&self, posture: &Posture, q: &Vector3<f64>) -> bool {
         let way = q - self.at;
         way.x.abs() + way.y.abs() + posture.size() * way.z.abs() < self.room

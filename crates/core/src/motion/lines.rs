@@ -67,7 +67,7 @@ impl OnGround<'_, '_> {
         })
     }
 
-    /// Whether a contact is between two others over its piece of ground: it does not land before they do.
+    /// Returns true if a contact is between two others over its piece of ground: it does not land before they do.
     pub(super) fn is_between(&self, j: usize) -> bool {
         self.outer(j).is_some()
     }

@@ -22,8 +22,8 @@ use crate::zeno::{FrozenModel, Gaps, Impulses};
 /// Impacts of one instant that are listed one by one.
 const LISTED: usize = 64;
 
-/// Whether a motion has at most two contacts, which are points, impacts without friction and terrain without ends. Two contacts at one
-/// point (ψ = 1) are excluded: no impact separates them.
+/// Returns true if a motion has at most two contacts, which are points, impacts without friction and terrain without ends. Two contacts at
+/// one point (ψ = 1) are excluded: no impact separates them.
 pub(crate) fn is_plain(posture: &Posture, options: &Options) -> bool {
     let apart = match posture.geometry() {
         [one, two] => one.apart(two, 1.0) > 0.0,
@@ -361,7 +361,7 @@ impl Driver<'_> {
         Some(self.settle(&all, Some(ZenoMethod::Bounce), true, 0.0, f64::INFINITY))
     }
 
-    /// Whether the geometry turns.
+    /// Returns true if the geometry turns.
     fn turns(&self) -> bool {
         self.state.turning().is_some_and(|body| body.spin.omega != 0.0)
     }

@@ -158,8 +158,8 @@ impl OnGround<'_, '_> {
         self.ground.contacts < before
     }
 
-    /// Whether point `i`, a corner of the ground on the line of its side, is beyond an end of the side, or approaches only this one of the two
-    /// sides that meet at that end.
+    /// Returns true if point `i`, a corner of the ground on the line of its side, is beyond an end of the side, or approaches only this one
+    /// of the two sides that meet at that end.
     fn passes_corner(&self, i: usize) -> bool {
         let (state, posture) = (&self.state, &self.ground.posture);
         let (Some(on), Some(outline)) = (state.turning_side(i), posture.outline()) else {
@@ -177,7 +177,7 @@ impl OnGround<'_, '_> {
         p.u < 0.0 && next.any(|side| rate(side) >= 0.0)
     }
 
-    /// Whether a side of the body that ends at point `i` lies on this vertex of the ground.
+    /// Returns true if a side of the body that ends at point `i` lies on this vertex of the ground.
     pub(super) fn ends_side_on(&self, i: usize, vertex: Vector2<f64>) -> bool {
         let (state, posture) = (&self.state, &self.ground.posture);
         let center = Vector2::from(posture.fields().center_of_mass);

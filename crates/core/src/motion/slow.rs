@@ -60,7 +60,7 @@ impl InstantImpacts {
         Self { clock: Clock::default(), hits: 0, count: 0, cycles: Vec::new(), zero }
     }
 
-    /// Whether there has been an impact at this instant.
+    /// Returns true if there has been an impact at this instant.
     pub(super) fn goes_on(&self, clock: Clock) -> bool {
         self.hits > 0 && self.clock == clock
     }
@@ -155,8 +155,8 @@ fn limit_of_rate(now: f64, start: f64, sum: f64) -> Option<f64> {
     (limit >= 0.0 || now < 0.0 && start < 0.0).then_some(limit)
 }
 
-/// Whether the cycles change before the limit, at which the point rests: its slide reverses, or the impulses of friction (`rub`) do not
-/// oppose it, as they do in an impact that is much slower than the slide.
+/// Returns true if the cycles change before the limit, at which the point rests: its slide reverses, or the impulses of friction (`rub`) do
+/// not oppose it, as they do in an impact that is much slower than the slide.
 fn turns_back(now: f64, limit: f64, rub: f64, fastest: f64) -> bool {
     limit.abs() > FEW * fastest && (now * limit < 0.0 || rub * limit > 0.0)
 }
@@ -278,7 +278,7 @@ impl SlowContacts {
         (speeds.iter().map(stops).collect(), watched)
     }
 
-    /// Whether impacts chatter.
+    /// Returns true if impacts chatter.
     pub(super) fn chatters(&self) -> bool {
         self.chatter.persistent
     }
@@ -355,7 +355,7 @@ impl Driver<'_> {
         self.stop(0.0, f64::INFINITY)
     }
 
-    /// Whether an impact with this speed (m/s) counts as one of an accumulation.
+    /// Returns true if an impact with this speed (m/s) counts as one of an accumulation.
     pub(super) fn fades(&self, hit: f64) -> bool {
         hit <= HIT_IN_TURN * CONTACT_STOPPED * self.fastest
     }

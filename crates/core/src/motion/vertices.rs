@@ -156,8 +156,9 @@ impl OnGround<'_, '_> {
         (wedged, slowest)
     }
 
-    /// Whether point `i`, in a vertex at this end of its piece, comes to its tip so slowly that the rates of the gaps to both pieces are
-    /// rounding error. In a narrow vertex the speed along the pieces that remains is larger, by the inverse of the angle between them.
+    /// Returns true if point `i`, in a vertex at this end of its piece, comes to its tip so slowly that the rates of the gaps to both
+    /// pieces are rounding error. In a narrow vertex the speed along the pieces that remains is larger, by the inverse of the angle between
+    /// them.
     fn meets_both(&self, i: usize, side: usize, other: &Piece) -> bool {
         let (state, p) = (&self.state, &self.state.points[i]);
         let along = state.along(i);

@@ -679,8 +679,8 @@ fn back(map: &CornerMap, way: &[Corner]) -> Option<Option<Decision>> {
     Some(grows.then(|| Decision::Grows(cycle.to_vec())))
 }
 
-/// Whether a growing cycle exists close to this one. It does if the angle of the image less the angle itself has opposite signs at the two
-/// ends of an interval of angles around the first corner.
+/// Returns true if a growing cycle exists close to this one. It does if the angle of the image less the angle itself has opposite signs at
+/// the two ends of an interval of angles around the first corner.
 fn verified(map: &CornerMap, cycle: &[Corner]) -> bool {
     // Starts at a corner with ξ = 0 exactly, if there is one: its cell is a point.
     let first = cycle.iter().position(|corner| corner.phi == 0.0).unwrap_or(0);

@@ -85,7 +85,7 @@ mod ends {
 }
 
 impl Conditions {
-    /// Whether the posture is a kinematic-strong equilibrium in which clattering converges [Or & Rimon 2008, Theorem 3].
+    /// Returns true if the posture is a kinematic-strong equilibrium in which clattering converges [Or & Rimon 2008, Theorem 3].
     #[must_use]
     pub fn theorem_3(&self) -> bool {
         self.certainly_strong() && self.clattering
@@ -251,7 +251,7 @@ pub(super) fn of_those_that_touch(
     Ok(Some((with_contacts(posture, &places)?, places)))
 }
 
-/// Whether a word is a motion: not FF, and not a word with a fixed and a sliding contact, which allows no motion.
+/// Returns true if a word is a motion: not FF, and not a word with a fixed and a sliding contact, which allows no motion.
 pub(super) fn moves(word: Word) -> bool {
     let (mut fixed, mut slides, mut all) = (false, false, true);
     for mode in word.modes() {

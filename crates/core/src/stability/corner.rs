@@ -467,8 +467,8 @@ impl Local {
         self.nn[k][k] - self.mu[k].times(side) * self.tn[k][k]
     }
 
-    /// Whether contact k certainly has no motion on the terrain while the other contact is in the air: gravity pulls contact k off, and
-    /// friction is too weak to press it down, whether it slides or not.
+    /// Returns true if contact k certainly has no motion on the terrain while the other contact is in the air: gravity pulls contact k off,
+    /// and friction is too weak to press it down, whether it slides or not.
     fn lets_go(&self, k: usize) -> bool {
         let soft = |side: f64| self.stiffness(k, side).is_positive();
         self.g[k].is_negative() && soft(1.0) && soft(-1.0)
@@ -578,8 +578,8 @@ impl Local {
         found
     }
 
-    /// Whether contact k certainly jams while it slides with this sign of v_t and the other contact is in the air: gravity presses it down,
-    /// and no normal force keeps it on the terrain.
+    /// Returns true if contact k certainly jams while it slides with this sign of v_t and the other contact is in the air: gravity presses
+    /// it down, and no normal force keeps it on the terrain.
     pub(super) fn jams_alone(&self, k: usize, side: f64) -> bool {
         self.g[k].is_positive() && self.stiffness(k, side).is_negative()
     }
@@ -730,14 +730,14 @@ impl CornerMap {
         }
     }
 
-    /// Whether the motion with both contacts sliding is known for both signs of s.
+    /// Returns true if the motion with both contacts sliding is known for both signs of s.
     pub(crate) fn slides_known(&self) -> bool {
         self.both
             .iter()
             .all(|both| !matches!(both, BothSlide::Separate | BothSlide::Jams | BothSlide::Unknown))
     }
 
-    /// Whether certainly no mode continues the motion with both contacts sliding with this sign of s.
+    /// Returns true if certainly no mode continues the motion with both contacts sliding with this sign of s.
     pub(super) fn jams_together(&self, side: f64) -> bool {
         self.both[usize::from(side > 0.0)] == BothSlide::Jams
     }
@@ -748,7 +748,7 @@ impl CornerMap {
         self.local.alpha.iter().map(|alpha| alpha.middle().abs()).fold(f64::INFINITY, f64::min)
     }
 
-    /// Whether some contact jams when it slides alone, and jams are no impacts.
+    /// Returns true if some contact jams when it slides alone, and jams are no impacts.
     pub(crate) fn jams(&self) -> bool {
         let l = &self.local;
         let jams =
@@ -756,12 +756,12 @@ impl CornerMap {
         (0..2).any(|k| jams(k) && self.jumps[k] == [None; 2])
     }
 
-    /// Whether impacts that end jams are part of the motion.
+    /// Returns true if impacts that end jams are part of the motion.
     pub(super) fn has_jumps(&self) -> bool {
         self.jumps.iter().flatten().any(Option::is_some)
     }
 
-    /// Whether the flight after some corner is unknown.
+    /// Returns true if the flight after some corner is unknown.
     pub(crate) fn flies_unknown(&self) -> bool {
         self.flights.contains(&Flight::Unknown)
     }
@@ -1053,7 +1053,7 @@ impl CornerMap {
         })
     }
 
-    /// Whether every motion with one contact on the terrain certainly ends with a landing of the other one.
+    /// Returns true if every motion with one contact on the terrain certainly ends with a landing of the other one.
     pub(crate) fn returns(&self) -> bool {
         self.lone().all(|(.., ends)| ends == Some(true))
     }

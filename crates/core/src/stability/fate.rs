@@ -77,7 +77,7 @@ impl Spread {
         ])
     }
 
-    /// Whether the accumulated errors are small compared with the shape. NaN does not count as small.
+    /// Returns true if the accumulated errors are small compared with the shape. NaN does not count as small.
     fn is_small(self, shape: &Shape) -> bool {
         let (v, y) = (SHAPE_LOST * (1.0 + shape.rate.abs()), SHAPE_LOST * (1.0 + shape.gap));
         self.0[0] <= v * v && self.0[2] <= y * y

@@ -99,7 +99,7 @@ impl EdgeWatch {
         Self { corners, touches: options.edges == Edges::Contact && !local, ends }
     }
 
-    /// Whether no corner meets this body if it moves so far at most: the way of a point of the body with this arm (m), in m.
+    /// Returns true if no corner meets this body if it moves so far at most: the way of a point of the body with this arm (m), in m.
     pub(crate) fn stay_off(
         &self,
         posture: &Posture,
@@ -194,7 +194,7 @@ impl EdgeWatch {
         None
     }
 
-    /// Whether a corner that has not entered it lies in this body.
+    /// Returns true if a corner that has not entered it lies in this body.
     pub(crate) fn is_inside(&self, posture: &Posture, body: &BodyState) -> bool {
         let path = Path { posture, at: &|_| body.clone() };
         let inside =
@@ -224,7 +224,7 @@ impl<'a> Path<'a> {
         Self { posture, at }
     }
 
-    /// Whether the body comes near a given corner within this time.
+    /// Returns true if the body comes near a given corner within this time.
     fn neighbourhood(&self, dt: f64, radius: f64) -> impl Fn(&Vector2<f64>) -> bool + use<> {
         let [start, middle, end] = [0.0, 0.5 * dt, dt].map(|t| (self.at)(t).center);
         let hull = control_points(dt, [start.r, start.v], [end.r, end.v]);
@@ -377,7 +377,8 @@ impl<'a> Path<'a> {
 }
 
 impl Seen {
-    /// Whether the centre of mass stays farther than `radius` from the corner until the instant of `end`. `middle`: halfway between.
+    /// Returns true if the centre of mass stays farther than `radius` from the corner until the instant of `end`. `middle`: halfway
+    /// between.
     fn is_far_until(&self, end: &Self, middle: &Self, radius: f64) -> bool {
         let hull = control_points(end.t - self.t, self.center, end.center);
         let [from, _] = middle.center;

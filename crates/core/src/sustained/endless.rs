@@ -17,8 +17,8 @@ impl BodyState {
         (alone && self.points.iter().all(|p| p.normal == self.points[i].normal)).then_some(i)
     }
 
-    /// Whether a body that slides on one contact moves away from the terrain of the others for ever: downhill, or on level
-    /// ground in the direction of its centre of mass.
+    /// Returns true if a body that slides on one contact moves away from the terrain of the others for ever: downhill, or on level ground
+    /// in the direction of its centre of mass.
     fn slides_clear(&self, word: &[Mode]) -> bool {
         let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
         let (Some(i), None) = (closed.next(), closed.next()) else { return true };
@@ -30,7 +30,7 @@ impl BodyState {
     }
 }
 
-/// Whether one contact is closed.
+/// Returns true if one contact is closed.
 fn is_single(word: &[Mode]) -> bool {
     word.iter().filter(|&&mode| mode != Mode::Separate).count() == 1
 }
@@ -91,9 +91,9 @@ impl ClosedMotion {
         Self { kind, theta, omega, turned: [f64::NAN; 3], turns: 0 }
     }
 
-    /// Whether the motion has passed all positions that it can reach: to and fro between two turning points, or once around.
-    /// Without an event so far, none will come. With friction too, paths in the plane of θ and ω do not cross: a path whose last
-    /// turning point is on or inside the last but two is closed in.
+    /// Returns true if the motion has passed all positions that it can reach: to and fro between two turning points, or once around.
+    /// Without an event so far, none will come. With friction too, paths in the plane of θ and ω do not cross: a path whose last turning
+    /// point is on or inside the last but two is closed in.
     pub(super) fn is_complete(&mut self, body: &BodyState, word: &[Mode]) -> bool {
         let Spin { theta, omega } = body.spin;
         if self.omega * omega < 0.0 {
@@ -156,9 +156,9 @@ impl Swing {
         Some(Self { contact, way, turns_left, hangs_left, turned, energy })
     }
 
-    /// Whether a later swing has no more energy than this one, and too little energy for any rotation that the body has not passed since.
-    /// The energy of the next swing is a function of the energy of the last one. This function is assumed to be increasing, which is not
-    /// proved. The energies then never increase again, and the body reaches no new rotation (`docs/theory.md`, motions without end).
+    /// Returns true if a later swing has no more energy than this one, and too little energy for any rotation that the body has not passed
+    /// since. The energy of the next swing is a function of the energy of the last one. This function is assumed to be increasing, which is
+    /// not proved. The energies then never increase again, and the body reaches no new rotation (`docs/theory.md`, motions without end).
     pub(super) fn encloses(&self, later: &Self, body: &BodyState) -> bool {
         let less = later.energy <= self.energy + SWING_REPEATS * self.energy.abs();
         let arm = body.points[self.contact].arm();

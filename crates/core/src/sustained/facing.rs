@@ -31,13 +31,13 @@ fn facing<'p>(
     pieces.iter().enumerate().map(|(k, piece)| (k as isize, piece)).filter(far)
 }
 
-/// Whether the terrain of point `i` has walls: it faces no other pieces without.
+/// Returns true if the terrain of point `i` has walls: it faces no other pieces without.
 #[inline]
 fn has_walls(posture: &Posture, state: &BodyState, i: usize) -> bool {
     posture.ground(state.points[i].place.contact).is_some_and(|ground| ground.has_walls)
 }
 
-/// Whether a point on the line of a piece lies between its ends, up to the tolerance of touching.
+/// Returns true if a point on the line of a piece lies between its ends, up to the tolerance of touching.
 fn is_between(piece: &Piece, at: &Vector2<f64>, size: f64) -> bool {
     piece.along(at).iter().all(|side| *side >= -TOUCH * size)
 }
@@ -73,7 +73,7 @@ impl BodyState {
         }
     }
 
-    /// Whether the lines of all pieces that do not adjoin that of point `i` are farther away than `way`, in m.
+    /// Returns true if the lines of all pieces that do not adjoin that of point `i` are farther away than `way`, in m.
     pub(crate) fn is_far_from_others(&self, i: usize, posture: &Posture, way: f64) -> bool {
         facing(posture, self, i)
             .all(|(_, piece)| piece.height(&self.position(i, posture)).abs() > way)

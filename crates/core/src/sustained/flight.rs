@@ -18,8 +18,8 @@ pub(super) fn next(arc: &GapArc) -> Option<f64> {
 }
 
 impl ContactState {
-    /// Whether it lands together with `first`: its gap is closing, and is below its rounding error plus the distance by which it closes
-    /// within δh/|u|, the uncertainty of the instant at which `first` lands.
+    /// Returns true if it lands together with `first`: its gap is closing, and is below its rounding error plus the distance by which it
+    /// closes within δh/|u|, the uncertainty of the instant at which `first` lands.
     pub(crate) fn lands_with(&self, first: &Self) -> bool {
         let doubt = first.rounding.gap * (self.u / first.u).abs().min(LANDS_TOGETHER_SPEED);
         let known = self.rounding.gap + doubt;

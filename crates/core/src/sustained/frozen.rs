@@ -360,8 +360,8 @@ impl Frozen {
         first
     }
 
-    /// Whether a gap lands together with that of `first`: it is closing, and below its rounding error plus the distance by which it closes
-    /// within the uncertainty of the instant at which `first` lands.
+    /// Returns true if a gap lands together with that of `first`: it is closing, and below its rounding error plus the distance by which it
+    /// closes within the uncertainty of the instant at which `first` lands.
     pub(crate) fn lands_with(&self, i: usize, first: &GapState) -> bool {
         let p = &self.points[i];
         let doubt = first.rounding.gap * (p.u / first.u).abs().min(LANDS_TOGETHER_SPEED);
@@ -382,19 +382,19 @@ impl Frozen {
         independent(&held, apart)
     }
 
-    /// Whether these modes leave no motion.
+    /// Returns true if these modes leave no motion.
     pub(crate) fn is_fixed(&self, modes: &[Mode]) -> bool {
         Self::held(&self.rows, modes, DEPENDENT_ROW).len() == self.v.len()
     }
 
-    /// Whether the closed contacts leave the mechanism one motion: they slide all together or not at all.
+    /// Returns true if the closed contacts leave the mechanism one motion: they slide all together or not at all.
     pub(crate) fn leaves_one_motion(&self, closed: &[bool]) -> bool {
         let rows: SmallVec<[&Coordinates; 8]> =
             (0..closed.len()).filter(|&i| closed[i]).map(|i| self.space().normal_row(i)).collect();
         rows.len() > 1 && independent(&rows, DEPENDENT_ROW).len() + 1 == self.v.len()
     }
 
-    /// Whether the gap of contact `i` follows from those of these others.
+    /// Returns true if the gap of contact `i` follows from those of these others.
     pub(crate) fn depends(&self, i: usize, others: &[bool]) -> bool {
         let mut rows: SmallVec<[&Coordinates; 8]> = (0..others.len())
             .filter(|&j| others[j] && j != i)

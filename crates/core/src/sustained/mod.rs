@@ -192,7 +192,7 @@ impl BodyState {
         one.place.piece < other.place.piece
     }
 
-    /// Whether point `i` is fixed by friction or in a vertex.
+    /// Returns true if point `i` is fixed by friction or in a vertex.
     fn sticks(&self, i: usize, modes: &[Mode]) -> bool {
         modes[i] == Mode::Fixed && (self.points[i].friction > 0.0 || self.twin(i).is_some())
     }

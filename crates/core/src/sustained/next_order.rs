@@ -67,7 +67,7 @@ impl Search {
 }
 
 impl BodyState {
-    /// Whether rows of a word depend on others and leave the body a motion.
+    /// Returns true if rows of a word depend on others and leave the body a motion.
     fn is_dependent(&self, word: &[Mode]) -> bool {
         if self.frozen || !self.has_rows_of_two(word) {
             return false;
@@ -76,7 +76,7 @@ impl BodyState {
         rank < 3 && self.rows(word).len() > rank
     }
 
-    /// Whether the next order of the motion may change a word: its rows depend on each other, or a contact is fixed without
+    /// Returns true if the next order of the motion may change a word: its rows depend on each other, or a contact is fixed without
     /// friction and outside a vertex.
     pub(crate) fn is_open(&self, word: &[Mode]) -> bool {
         let idle = |i: usize| word[i] == Mode::Fixed && !self.sticks(i, word);
@@ -189,7 +189,7 @@ impl Step {
         })
     }
 
-    /// Whether a row that the word keeps at zero becomes non-zero: one of those that follow from the others at the start.
+    /// Returns true if a row that the word keeps at zero becomes non-zero: one of those that follow from the others at the start.
     fn parts(&self, state: &BodyState, word: &[Mode]) -> bool {
         let departs = |row: &Row| {
             let Unknown { contact, tangential } = row.unknown;
@@ -198,7 +198,7 @@ impl Step {
         state.rows(word).iter().any(departs)
     }
 
-    /// Whether the motion continues in this word: its rows stay zero, contacts released or no longer fixed move as their letters
+    /// Returns true if the motion continues in this word: its rows stay zero, contacts released or no longer fixed move as their letters
     /// say (off the terrain, or along it in that direction), and the forces lie in their cones. `all`: the step has all coefficients;
     /// otherwise it may also continue where further coefficients decide.
     fn continues(&self, state: &BodyState, to: &Onward, ways: &[Option<i8>], all: bool) -> bool {
@@ -216,7 +216,7 @@ impl Step {
             && (unchanged || (0..ways.len()).all(moves) && self.presses(state))
     }
 
-    /// Whether all forces at the start lie in their cones.
+    /// Returns true if all forces at the start lie in their cones.
     fn presses(&self, state: &BodyState) -> bool {
         let force = |track: &Track| (track.normal[0], track.tangential[0].abs());
         let most = self.tracks.iter().map(force).map(|(n, t)| n.abs().max(t)).fold(0.0, f64::max);

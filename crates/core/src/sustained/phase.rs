@@ -378,7 +378,7 @@ impl<'a> ContactPhase<'a> {
         chosen
     }
 
-    /// Whether the body turns, with speeds that count as zero.
+    /// Returns true if the body turns, with speeds that count as zero.
     fn turns_slowly(&self) -> bool {
         let turn = self.size * self.body.spin.omega.abs();
         turn > 0.0 && turn <= self.sliding_tolerance
@@ -434,7 +434,7 @@ impl<'a> ContactPhase<'a> {
         }
     }
 
-    /// Whether the next order of the motion may change this word.
+    /// Returns true if the next order of the motion may change this word.
     fn is_open(&self, word: &Onward) -> bool {
         self.moves(word.acceleration) && self.body.is_open(&word.word)
     }
@@ -623,9 +623,9 @@ impl<'a> ContactPhase<'a> {
 }
 
 impl BodyState {
-    /// Whether a contact whose gap has reached zero passes over the ground without landing; its gap is then raised. It does so if its
-    /// acceleration ḧ = `lift` (m/s²) turns it round at a depth u²/(2ḧ) that is below the rounding error of the gap after this `time` (s)
-    /// of motion.
+    /// Returns true if a contact whose gap has reached zero passes over the ground without landing; its gap is then raised. It does so if
+    /// its acceleration ḧ = `lift` (m/s²) turns it round at a depth u²/(2ḧ) that is below the rounding error of the gap after this `time`
+    /// (s) of motion.
     fn passes(&mut self, i: usize, lift: f64, time: f64, size: f64) -> bool {
         let (v, omega) = (self.center.v.norm(), self.spin.omega);
         let p = &mut self.points[i];

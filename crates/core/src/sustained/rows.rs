@@ -192,7 +192,7 @@ impl BodyState {
         0.0 - (one.normal - two.normal).dot(&x) / (one.b - two.b)
     }
 
-    /// Whether the gap of contact `i` follows from the gaps of these others: their normal rows span its own.
+    /// Returns true if the gap of contact `i` follows from the gaps of these others: their normal rows span its own.
     pub(crate) fn depends(&self, i: usize, others: &[bool]) -> bool {
         // A sliding contact has only its normal row.
         let closed = |on: bool| if on { Mode::Right } else { Mode::Separate };
@@ -202,7 +202,7 @@ impl BodyState {
         rank > 0 && self.independent(&modes).len() == rank
     }
 
-    /// Whether these contacts, closed, leave the body one degree of freedom.
+    /// Returns true if these contacts, closed, leave the body one degree of freedom.
     pub(crate) fn leaves_one_motion(&self, closed: &[bool]) -> bool {
         if closed.iter().filter(|&&closed| closed).count() < 2 {
             return false;
@@ -211,12 +211,12 @@ impl BodyState {
         self.independent(&closed.iter().map(mode).collect::<ContactLetters<_>>()).len() == 2
     }
 
-    /// Whether more than one contact is closed: the rows of one contact are independent of each other and leave the body a motion.
+    /// Returns true if more than one contact is closed: the rows of one contact are independent of each other and leave the body a motion.
     pub(super) fn has_rows_of_two(&self, modes: &[Mode]) -> bool {
         modes.iter().filter(|&&mode| mode != Mode::Separate).count() > 1
     }
 
-    /// Whether the rows that stay zero leave no motion at all.
+    /// Returns true if the rows that stay zero leave no motion at all.
     pub(crate) fn is_fixed(&self, modes: &[Mode]) -> bool {
         self.has_rows_of_two(modes) && self.independent(modes).len() == 3
     }

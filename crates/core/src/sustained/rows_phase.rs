@@ -139,7 +139,8 @@ impl RowsPhase {
         }
     }
 
-    /// Whether nothing moves that the contacts feel: a fixed word leaves no motion, or all speeds and accelerations are rounding error.
+    /// Returns true if nothing moves that the contacts feel: a fixed word leaves no motion, or all speeds and accelerations are rounding
+    /// error.
     fn is_at_rest(&self, chosen: &Onward, still: f64) -> bool {
         let (space, state) = (self.state.space(), &self.state);
         let slow = state.speed() <= still;

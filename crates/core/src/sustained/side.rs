@@ -161,7 +161,7 @@ impl BodyState {
         if self.frozen { None } else { self.side_contact(i) }
     }
 
-    /// Whether a contact has a normal that turns with the body.
+    /// Returns true if a contact has a normal that turns with the body.
     #[inline]
     pub(crate) fn has_turning_sides(&self) -> bool {
         !self.frozen && !self.sides.is_empty()

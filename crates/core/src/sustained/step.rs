@@ -220,7 +220,7 @@ impl Step {
         step.flatten().filter(|step| step.is_finite())
     }
 
-    /// Whether its last coefficients are finite: near a jam they grow like powers of the inverse of the time to it.
+    /// Returns true if its last coefficients are finite: near a jam they grow like powers of the inverse of the time to it.
     fn is_finite(&self) -> bool {
         let last = |series: &Series| series[self.order - 1].is_finite();
         let forces = |track: &Track| last(&track.normal) && last(&track.tangential);

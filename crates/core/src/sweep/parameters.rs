@@ -206,7 +206,7 @@ impl Field {
         Some(Self::Foot(index, named(&OF_FOOT, rest)?))
     }
 
-    /// Whether it is the torque of a joint.
+    /// Returns true if it is the torque of a joint.
     pub(super) fn is_torque(self) -> bool {
         matches!(self, Self::Joint(_, OfJoint::Torque))
     }
@@ -267,7 +267,7 @@ impl Field {
         }
     }
 
-    /// Whether both parameters set the same number, so that one of them would have no effect.
+    /// Returns true if both parameters set the same number, so that one of them would have no effect.
     pub(super) fn clashes(self, other: Self) -> bool {
         let part_of = |field: Self, all: Self| match all {
             Self::Friction => matches!(

@@ -170,7 +170,7 @@ impl<T: Enclosed> Model<T> {
         Self { g, e, psi, kappa, count, clattering }
     }
 
-    /// Whether gravity presses both contacts down, and an impact at either contact presses the other down.
+    /// Returns true if gravity presses both contacts down, and an impact at either contact presses the other down.
     pub(crate) fn presses(&self) -> bool {
         self.g.iter().all(|g| g.is_positive()) && self.psi[0].is_not_negative()
     }

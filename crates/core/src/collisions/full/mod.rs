@@ -112,8 +112,8 @@ impl FullState {
         }))
     }
 
-    /// Whether the flight to the next touchdown is so long that rounding makes the position of the body unknown. For a single contact, and
-    /// for a body that lies flat and does not turn, only the angle of rotation matters.
+    /// Returns true if the flight to the next touchdown is so long that rounding makes the position of the body unknown. For a single
+    /// contact, and for a body that lies flat and does not turn, only the angle of rotation matters.
     #[inline]
     fn is_lost(&self, contact: usize, dt: f64) -> bool {
         let (u, omega) = (self.gaps.u[contact], self.spin.omega);
@@ -305,7 +305,7 @@ impl FullState {
         drift.is_little() && late(0).max(late(1)) <= TAIL * (log.clock.hi + t)
     }
 
-    /// Whether both contacts come to rest so soon that the geometry cannot change until then.
+    /// Returns true if both contacts come to rest so soon that the geometry cannot change until then.
     pub(crate) fn may_freeze(&self, log: &Log) -> bool {
         let gravity = [self.effective_gravity(0), self.effective_gravity(1)];
         let (Gaps { h, u }, loss) = (self.gaps, self.body.least_loss);
@@ -522,8 +522,8 @@ struct Drift {
 }
 
 impl Drift {
-    /// Whether the body turns so little that velocities from the frozen geometry, corrected to first order, are right to the last digit. A
-    /// short time alone does not ensure this, because the body may spin fast.
+    /// Returns true if the body turns so little that velocities from the frozen geometry, corrected to first order, are right to the last
+    /// digit. A short time alone does not ensure this, because the body may spin fast.
     fn is_little(&self) -> bool {
         self.angle * self.angle <= f64::EPSILON
     }
