@@ -445,6 +445,74 @@ impl<'a> ContactPhase<'a> {
         !(self.speed() <= self.sliding_tolerance && most <= STILL * self.body.gravity)
     }
 
+    /// The step of the motion in this word from now on, with its first event and the time until then, at most `left` (s). `last`: the event that
+    /// ended the previous word; `starts`: at the start of this word, the contacts that begin to slide, and those whose letters follow from the
+    /// next order of the motion. `None`: the forces are singular.
+    fn next_step(
+        &self,
+        acceleration: [f64; 3],
+        last: Option<StretchEnd>,
+        starts: Option<[&[bool]; 2]>,
+        left: f64,
+    ) -> Option<(Box<Step>, f64, StepEnd)> {
+        let (body, posture) = (&self.body, &self.posture);
+        // Sets coefficients at the start of the stretch that are known exactly.
+        let begins = |mut step: Box<Step>| {
+            if let Some([starting, changed]) = starts {
+                (0..starting.len()).filter(|&i| starting[i]).for_each(|i| step.starts(i));
+                let changed = (0..changed.len()).filter(|&i| changed[i]);
+                changed.for_each(|i| step.emerges(body, i));
+            }
+            match last {
+                Some(StretchEnd::LiftOff(i)) if self.word[i] == Mode::Separate => {
+                    step.lifts_off(i);
+                    if let Some((j, _)) = body.up_from_vertex(i) {
+                        step.breaks_loose(j);
+                    }
+                    if let Some(j) = body.second(i) {
+                        step.leaves_corner(j);
+                    }
+                }
+                Some(StretchEnd::Slip(i, mode)) if self.word[i] == mode => {
+                    if !step.breaks_loose(i) {
+                        return None;
+                    }
+                    // From a vertex the contact slides up one piece and leaves the other.
+                    if let Some(j) = body.twin(i).filter(|&j| body.points[j].h == 0.0)
+                        && self.word[j] == Mode::Separate
+                    {
+                        step.lifts_off(j);
+                    }
+                }
+                _ => {}
+            }
+            // The bits of an event do not depend on the end of the run, or of its stage.
+            let (t, end) = step.first_event(body);
+            let strike = |i: usize| Some((step.strike(body, i, posture, t)?, i));
+            let strikes = (0..body.points.len()).filter_map(strike);
+            let (t, end) = match strikes.min_by(|one, other| one.0.0.total_cmp(&other.0.0)) {
+                Some(((t, k), i)) => (t, StepEnd::Strike(i, k)),
+                None => (t, end),
+            };
+            Some(if t < left { (step, t, end) } else { (step, left, StepEnd::Reach) })
+        };
+        let mut found = None;
+        let soon = body.soon(&self.word, acceleration);
+        for (order, _) in ORDERS.into_iter().filter(|(_, reach)| !(soon > *reach)) {
+            found = Step::new(body, &self.word, order).and_then(begins);
+            let Some((_, t, end)) = &found else { break };
+            if *end != StepEnd::Reach || *t >= left || *t == f64::INFINITY {
+                break;
+            }
+        }
+        while let Some((step, t, _)) = &found
+            && let Some(longer) = step.longer(body, &self.word, *t)
+        {
+            found = begins(longer);
+        }
+        found
+    }
+
     /// Holds the contacts in their word until an event. `last`: the event that ended the previous word. `starting`: contacts that
     /// begin to slide. `changed`: those whose letters follow from the next order of the motion.
     fn hold(
@@ -459,7 +527,7 @@ impl<'a> ContactPhase<'a> {
         let outcome = |outcome| StretchEnd::End(PhaseEnd::Outcome(outcome));
         // If the rows leave no motion, the velocity is rounding error.
         let rests = self.body.is_fixed(&self.word) || !self.moves(acceleration);
-        let (body, posture) = (&mut self.body, &self.posture);
+        let body = &mut self.body;
         if rests {
             (body.center.v, body.spin.omega) = (Vector2::zeros(), 0.0);
             for (p, mode) in body.points.iter_mut().zip(&mut self.word) {
@@ -484,7 +552,7 @@ impl<'a> ContactPhase<'a> {
         loop {
             log.enter(&self.word);
             // A further step of the same stretch has no cause.
-            note(body, &self.word, log.clock, self.cause.filter(|_| fresh));
+            note(&self.body, &self.word, log.clock, self.cause.filter(|_| fresh));
             if rests {
                 if self.options.stop != Stop::Time {
                     return outcome(Outcome::Rest);
@@ -492,62 +560,9 @@ impl<'a> ContactPhase<'a> {
                 log.clock = log.clock.after(log.left().max(0.0));
                 return outcome(Outcome::TimeLimit);
             }
-            let (fresh, last) = (std::mem::take(&mut fresh), last.take());
-            // Sets coefficients at the start of the stretch that are known exactly.
-            let begins = |mut step: Box<Step>| {
-                if fresh {
-                    (0..starting.len()).filter(|&i| starting[i]).for_each(|i| step.starts(i));
-                    let changed = (0..changed.len()).filter(|&i| changed[i]);
-                    changed.for_each(|i| step.emerges(body, i));
-                }
-                match last {
-                    Some(StretchEnd::LiftOff(i)) if self.word[i] == Mode::Separate => {
-                        step.lifts_off(i);
-                        if let Some((j, _)) = body.up_from_vertex(i) {
-                            step.breaks_loose(j);
-                        }
-                        if let Some(j) = body.second(i) {
-                            step.leaves_corner(j);
-                        }
-                    }
-                    Some(StretchEnd::Slip(i, mode)) if self.word[i] == mode => {
-                        if !step.breaks_loose(i) {
-                            return None;
-                        }
-                        // From a vertex the contact slides up one piece and leaves the other.
-                        if let Some(j) = body.twin(i).filter(|&j| body.points[j].h == 0.0)
-                            && self.word[j] == Mode::Separate
-                        {
-                            step.lifts_off(j);
-                        }
-                    }
-                    _ => {}
-                }
-                // The bits of an event do not depend on the end of the run, or of its stage.
-                let (t, end) = step.first_event(body);
-                let strike = |i: usize| Some((step.strike(body, i, posture, t)?, i));
-                let strikes = (0..body.points.len()).filter_map(strike);
-                let (t, end) = match strikes.min_by(|one, other| one.0.0.total_cmp(&other.0.0)) {
-                    Some(((t, k), i)) => (t, StepEnd::Strike(i, k)),
-                    None => (t, end),
-                };
-                let left = log.left();
-                Some(if t < left { (step, t, end) } else { (step, left, StepEnd::Reach) })
-            };
-            let mut found = None;
-            let soon = body.soon(&self.word, acceleration);
-            for (order, _) in ORDERS.into_iter().filter(|(_, reach)| !(soon > *reach)) {
-                found = Step::new(body, &self.word, order).and_then(begins);
-                let Some((_, t, end)) = &found else { break };
-                if *end != StepEnd::Reach || *t >= log.left() || *t == f64::INFINITY {
-                    break;
-                }
-            }
-            while let Some((step, t, _)) = &found
-                && let Some(longer) = step.longer(body, &self.word, *t)
-            {
-                found = begins(longer);
-            }
+            let starts = std::mem::take(&mut fresh).then_some([starting, changed]);
+            let found = self.next_step(acceleration, last.take(), starts, log.left());
+            let (body, posture) = (&mut self.body, &self.posture);
             let before = side.take();
             let on = found.filter(|(step, ..)| before.is_none_or(|side| side == step.side));
             let Some((step, t, mut end)) = on else {
