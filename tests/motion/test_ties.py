@@ -229,7 +229,9 @@ class Flush:
         return float(impacts["time"][both][0]) if both.any() else None
 
     def names_the_pair(self, run):
-        words = f"contacts {' and '.join(map(str, self.pair))} collided at the same instant"
+        words = (
+            f"contacts {' and '.join(map(str, self.pair))} collided at the same instant"
+        )
         return any(words in warning for warning in run.warnings)
 
 
@@ -285,4 +287,6 @@ def test_a_box_that_slides_flush_into_a_wall_stops(wall):
     run = sf.simulate(box, (0, 0, 0), (2.0, 0, 0), model="full", time_limit=6.0)
     assert run.outcome == "rest"
     assert run.time == pytest.approx((wall - 0.5) / 2, rel=1e-12)
-    assert any("contacts 2 and 3 collided at the same instant" in w for w in run.warnings)
+    assert any(
+        "contacts 2 and 3 collided at the same instant" in w for w in run.warnings
+    )
