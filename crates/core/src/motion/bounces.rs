@@ -605,13 +605,23 @@ impl Driver<'_> {
         let way = push.scaled(t * r / (1.0 - r * r));
         end.v.add_scaled(&total, 1.0);
         end.y.add_scaled(&way, 1.0);
-        // No other contact lands before: its gap falls by less than this.
+        // After the k-th of these impacts, with s = rᵏ, the rate of another contact is u_∞ + (u − u_∞) s. Its gap falls by the flights of duration
+        // τ s in between: it is h_∞ + a s + b s², at the impacts. A contact that gravity pulls down is lowest at one of them.
+        let tau = 2.0 * u / g;
         for (j, p) in end.points.iter_mut().enumerate() {
             let (was, row) = (state.points[j], space.normal_row(j));
-            let (thrown, moved) = (row.dot(&total), row.dot(&way));
-            (p.h, p.u) = (was.h + t * (was.u - 0.5 * space.gravity(j) * t) + moved, p.u + thrown);
-            let most = t * (was.u.abs() + t * space.gravity(j).abs() + thrown.abs());
-            if j != i && was.h <= REMAINDER_FACTOR * most {
+            let (thrown, moved, pull) = (row.dot(&total), row.dot(&way), space.gravity(j));
+            (p.h, p.u) = (was.h + t * (was.u - 0.5 * pull * t) + moved, p.u + thrown);
+            if j == i {
+                continue;
+            }
+            let most = t * (was.u.abs() + t * pull.abs() + thrown.abs());
+            let a = -tau * p.u / (1.0 - r);
+            let b = tau * (0.5 * pull * tau - (was.u - p.u)) / (1.0 - r * r);
+            let lowest =
+                if a < 0.0 && -a < 2.0 * b { p.h - 0.25 * a * a / b } else { p.h.min(was.h) };
+            let known = if pull >= 0.0 { STILL * (was.h + most) } else { REMAINDER_FACTOR * most };
+            if lowest.min(was.h) <= known {
                 return None;
             }
         }
