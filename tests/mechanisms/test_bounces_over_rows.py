@@ -3,7 +3,6 @@
 import mpmath
 import numpy as np
 import pytest
-
 import standfast as sf
 
 DIGITS = 40
@@ -87,4 +86,6 @@ def test_bounces_are_summed_as_soon_as_no_other_contact_lands():
                 assert values == pytest.approx([float(x) for x in limit], abs=1e-12)
             # The first attempt is after the second impact in succession.
             late.append(run.collisions - last - 2)
-    assert len(late) > 60 and max(late) <= 1 and np.mean(late) < 0.1, late
+    assert len(late) > 60
+    assert max(late) <= 1
+    assert np.mean(late) < 0.1

@@ -135,6 +135,12 @@ fn bits(end: &End) -> Vec<u64> {
     numbers.chain(zeno).map(f64::to_bits).collect()
 }
 
+/// The ends of runs that nothing kicks or stops, on this number of threads.
+fn ends(postures: &[Posture], states: &[State], options: &Options, threads: usize) -> Vec<End> {
+    let (nothing, resources) = (Excitation::default(), Resources { threads });
+    simulate_many_until(postures, states, options, &nothing, resources, &|| false).unwrap()
+}
+
 #[test]
 fn a_run_is_the_same_in_any_company() {
     let (postures, states) = scenes(300);
@@ -148,20 +154,10 @@ fn a_run_is_the_same_in_any_company() {
                 time_limit: Some(3.0),
                 ..Options::default()
             };
-            let many = |threads| {
-                let resources = Resources { threads };
-                simulate_many_until(
-                    &postures,
-                    &states,
-                    &options,
-                    &Excitation::default(),
-                    resources,
-                    &|| false,
-                )
-            };
-            let by_one = many(1).unwrap();
+            let many = |threads| ends(&postures, &states, &options, threads);
+            let by_one = many(1);
             for threads in [2, 3, 7] {
-                let ends = many(threads).unwrap();
+                let ends = many(threads);
                 for (one, other) in ends.iter().zip(&by_one) {
                     assert_eq!(bits(one), bits(other), "{threads} threads");
                 }
@@ -199,20 +195,10 @@ fn sides_and_discs_are_the_same_in_any_company() {
                 time_limit: Some(1.5),
                 ..Options::default()
             };
-            let many = |threads| {
-                let resources = Resources { threads };
-                simulate_many_until(
-                    &postures,
-                    &states,
-                    &options,
-                    &Excitation::default(),
-                    resources,
-                    &|| false,
-                )
-            };
-            let by_one = many(1).unwrap();
+            let many = |threads| ends(&postures, &states, &options, threads);
+            let by_one = many(1);
             for threads in [2, 5] {
-                for (one, other) in many(threads).unwrap().iter().zip(&by_one) {
+                for (one, other) in many(threads).iter().zip(&by_one) {
                     assert_eq!(bits(one), bits(other), "{threads} threads");
                     assert_eq!(one.touching, other.touching);
                 }

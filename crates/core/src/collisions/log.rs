@@ -82,8 +82,7 @@ pub(crate) const MOST_STEPS: usize = 250_000;
 pub(crate) struct Log<'a> {
     pub(crate) clock: Clock,
     pub(crate) collisions: Vec<Collision>,
-    /// Centre of mass and rotation after each collision of the full model, with default values while its geometry is frozen; empty in the
-    /// local model. They are recorded, because a replay that sums the impulses again would have other rounding errors.
+    /// Centre of mass and rotation after each collision of a body that turns; empty for constant rows. They are recorded, because a replay that sums the impulses again would have other rounding errors.
     pub(crate) bodies: Vec<(Center, Spin)>,
     pub(crate) record: bool,
     /// Elapsed time at which the run ends, in s.

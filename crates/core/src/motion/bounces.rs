@@ -605,8 +605,11 @@ impl Driver<'_> {
         let way = push.scaled(t * r / (1.0 - r * r));
         end.v.add_scaled(&total, 1.0);
         end.y.add_scaled(&way, 1.0);
-        // After the k-th of these impacts, with s = rᵏ, the rate of another contact is u_∞ + (u − u_∞) s. Its gap falls by the flights of duration
-        // τ s in between: it is h_∞ + a s + b s², at the impacts. A contact that gravity pulls down is lowest at one of them.
+        // Another contact j after the k-th of these impacts, with s = rᵏ, τ s the duration of the next flight:
+        //
+        // u_j(s) = u_∞ + (u − u_∞) s,   h_j(r s) − h_j(s) = τ s u_j(s) − ½ g_j τ² s²   ⇒   h_j(s) = h_∞ + a s + b s²
+        //
+        // A contact that gravity pulls down is lowest at one of the impacts, and there not below the minimum of this parabola.
         let tau = 2.0 * u / g;
         for (j, p) in end.points.iter_mut().enumerate() {
             let (was, row) = (state.points[j], space.normal_row(j));
@@ -620,6 +623,7 @@ impl Driver<'_> {
             let b = tau * (0.5 * pull * tau - (was.u - p.u)) / (1.0 - r * r);
             let lowest =
                 if a < 0.0 && -a < 2.0 * b { p.h - 0.25 * a * a / b } else { p.h.min(was.h) };
+            // Beside the rounding error of its terms; one that is pulled up may come down between two impacts.
             let known = if pull >= 0.0 { STILL * (was.h + most) } else { REMAINDER_FACTOR * most };
             if lowest.min(was.h) <= known {
                 return None;

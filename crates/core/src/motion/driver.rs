@@ -8,7 +8,7 @@
 //!                              └──► all held: at rest, or sliding without end
 //! ```
 //!
-//! The [`Moving`] is that of a body that turns, or of contacts with constant rows. One contact, or two at different points, each on its own line
+//! The state, [`Moving`], is that of a body that turns, or of contacts with constant rows. One contact, or two at different points, each on its own line
 //! without ends, whose impacts have no friction, have fast loops over their collisions and sums in closed form, see [`plain`](super::plain).
 
 use std::collections::BTreeSet;
@@ -57,8 +57,6 @@ pub(crate) struct Driver<'a> {
     pub(super) state: Moving,
     /// The ground of a body that turns.
     pub(super) ground: Option<Ground>,
-    /// Whether the geometry is that of the nominal posture in the whole run.
-    pub(super) local: bool,
     /// Whether impacts have the fast loops and the closed sums of [`plain`](super::plain).
     pub(super) plain: bool,
     /// Size of the displacements at the start, in m; for a body, its size.
@@ -147,7 +145,7 @@ impl<'a> Driver<'a> {
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
-        let local = state.turning().is_none_or(|body| body.frozen);
+        let local = state.is_local();
         Self {
             log: Log::new(options, state.count(), cancel),
             resting: ContactValues::from_elem(false, state.count()),
@@ -166,7 +164,6 @@ impl<'a> Driver<'a> {
             options: *options,
             state,
             ground: None,
-            local,
             plain: false,
             place: 0.0,
             fastest: 0.0,
@@ -266,7 +263,8 @@ impl<'a> Driver<'a> {
         self.record.warnings.extend(jamming.and_then(|jams| undecided(outcome, jams)));
         // At a time limit it has left if all of it is beyond one end and does not come back.
         let gone = |posture: &Posture, left: f64, right: f64| {
-            let (points, speed) = (posture.points(&end.state.q, self.local), end.state.qdot[0]);
+            let (points, speed) =
+                (posture.points(&end.state.q, self.state.is_local()), end.state.qdot[0]);
             end.sides.is_empty()
                 && (speed >= 0.0 && points.iter().all(|[x, _]| *x > right)
                     || speed <= 0.0 && points.iter().all(|[x, _]| *x < left))
@@ -298,11 +296,12 @@ impl<'a> Driver<'a> {
 
     /// Checks the ground at this state of the body.
     pub(super) fn watch_moment(&mut self, now: &Moment) {
-        let Self { watch, record, local, options, .. } = self;
+        let local = self.state.is_local();
+        let Self { watch, record, options, .. } = self;
         let Record { subject, warnings, .. } = &mut **record;
         let Some(posture) = subject.posture().filter(|_| watch.is_on()) else { return };
         let touches = |i: usize| now.gaps[i] == 0.0;
-        watch.look(posture, &now.state.q, *local, touches, || options.clock(now.clock), warnings);
+        watch.look(posture, &now.state.q, local, touches, || options.clock(now.clock), warnings);
     }
 
     pub(super) fn motion(&mut self) -> Outcome {
@@ -614,12 +613,12 @@ impl<'a> Driver<'a> {
             return DriverStep::End(outcome);
         }
         phase.cause = self.cause;
-        let Self { log, record, cycles, watch, edges, local, .. } = self;
+        let Self { log, record, cycles, watch, edges, .. } = self;
         let (recorded, first_collision) = (log.record, log.collisions.len());
         let Record { spans, warnings, .. } = &mut **record;
         let end = phase.run(log, edges, &mut |body, word, clock, cause| {
             cycles.hold(word, clock);
-            watch.look_at(&posture, body, *local, || options.clock(clock), warnings);
+            watch.look_at(&posture, body, body.frozen, || options.clock(clock), warnings);
             if recorded {
                 let start = Moving::Turning(Box::new(body.clone()));
                 let motion = Motion::Modes { start, word: word.into(), acceleration: None };
@@ -673,7 +672,6 @@ impl<'a> Driver<'a> {
                 });
             }
         });
-        self.cycles.drop(phase.dropped);
         self.cause = phase.cause;
         self.record.warnings.append(&mut phase.warnings);
         if let Some(ways) = phase.undecided.take() {

@@ -18,9 +18,7 @@ type Impulses = Vec<(usize, [f64; 2])>;
 impl Driver<'_> {
     /// One impact of contacts that approach at zero gap, or several at once.
     pub(super) fn impact(&mut self, coming: &[usize]) -> Option<Outcome> {
-        if self.plain
-            && let Some(model) = self.plain_model()
-        {
+        if let Some(model) = self.plain_model() {
             return self.plain_impact(&model, coming);
         }
         let coming = self.arriving(coming);
@@ -38,7 +36,7 @@ impl Driver<'_> {
         }
         if self.options.policy() == Simultaneous::Together {
             let parties = if self.options.hits_resting() {
-                all_closed(self.state.points().collect::<ContactValues<_>>().into_iter())
+                all_closed(self.state.points())
             } else {
                 chosen.clone()
             };
@@ -166,7 +164,7 @@ impl Driver<'_> {
             material: self.state.material(i).in_impacts(law),
         };
         let parties: ContactValues<Party> = hit.iter().map(party).collect();
-        let rows: Vec<Coordinates> = hit
+        let rows: ContactValues<Coordinates> = hit
             .iter()
             .flat_map(|&i| [true, false].map(|tangential| self.state.row(i, tangential)))
             .collect();

@@ -28,6 +28,11 @@ fn vector(v: &Coordinates) -> Vector3<f64> {
 }
 
 impl Moving {
+    /// Returns true if the geometry is that of the nominal posture.
+    pub(crate) fn is_local(&self) -> bool {
+        self.turning().is_none_or(|body| body.frozen)
+    }
+
     pub(crate) fn turning(&self) -> Option<&BodyState> {
         match self {
             Self::Turning(body) => Some(body),
@@ -75,7 +80,7 @@ impl Moving {
     }
 
     /// Gaps and rates of all points.
-    pub(crate) fn points(&self) -> impl Iterator<Item = (f64, f64)> + '_ {
+    pub(crate) fn points(&self) -> impl Iterator<Item = (f64, f64)> + Clone + '_ {
         (0..self.count()).map(|i| self.point(i))
     }
 
@@ -245,7 +250,7 @@ impl Moving {
     /// The component along the ground of a velocity or a displacement that keeps all contacts on the ground. In constant geometry the other
     /// component is rounding error.
     pub(crate) fn along(&self, change: Coordinates) -> Coordinates {
-        if self.turning().is_some_and(|body| !body.frozen) {
+        if !self.is_local() {
             return change;
         }
         let mut moved = self.moving(&change);

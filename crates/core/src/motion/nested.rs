@@ -234,11 +234,11 @@ impl NestedSequence {
 }
 
 impl CycleSum {
-    /// The body at the limit, on its ground; `None` if a point may come to an end of its piece before. `size`: in m.
-    fn end(&self, body: &BodyState, size: f64) -> Option<BodyState> {
+    /// The body at the limit, on its ground; `None` if a point may come to an end of its piece before. `speed`: bound of the speeds of points at
+    /// the start of the last cycle, in m/s.
+    fn end(&self, body: &BodyState, speed: f64) -> Option<BodyState> {
         let Self { way, velocity, duration: t, before, last: dt, rest, .. } = self;
-        let [way, v, old] = [way, velocity, &before.qdot].map(|v| Vector3::of(3, v.iter()));
-        let speed = old.x.abs().max(old.y.abs()).max(size * old.z.abs());
+        let [way, v] = [way, velocity].map(|v| Vector3::of(3, v.iter()));
         let far = t * (speed + body.gravity * dt);
         let room =
             |p: &ContactState| p.place.sides.iter().all(|side| *side > REMAINDER_FACTOR * far);
@@ -317,7 +317,8 @@ impl Driver<'_> {
         let certified = alone.is_some() && repeats;
         let (end, tail) = match (state, alone) {
             (Moving::Turning(body), _) => {
-                (Moving::Turning(Box::new(sum.end(body, size)?)), Tail::Collisions)
+                let speed = state.speed_of(&sum.before.qdot, size);
+                (Moving::Turning(Box::new(sum.end(body, speed)?)), Tail::Collisions)
             }
             (Moving::Frozen(rows), Some(model)) => {
                 let end = rows.hit(t, &model.settle(&rows.gaps(), t), &Gaps::default());
@@ -460,7 +461,7 @@ mod tests {
             let (body, clock) = (landing(x, v + d * power, speed), Clock::default().after(time));
             let now = Moving::Turning(Box::new(body.clone()));
             let sum = cycles.next(1, false, (&now, 1.0), clock, 10.0, f64::INFINITY)?;
-            Some((sum.end(&body, 1.0)?, sum))
+            Some((sum.end(&body, now.speed_of(&sum.before.qdot, 1.0))?, sum))
         };
         for (power, speed, time) in [(1.0, speeds[0], 1.0), (r, speeds[1], 1.0 + dt[0])] {
             assert!(land(power, speed, time, x).is_none());

@@ -53,26 +53,6 @@ pub(super) fn next_landing(count: usize, gaps: &Gaps, gravity: [f64; 2]) -> Stri
     format!("{} lands next, at about {}", names(std::iter::once(first)), in_words(speed))
 }
 
-/// A tail of this duration up to the time `t` in it, as far as closed forms go: this time, the gaps then, and the effects of the impacts.
-pub(super) fn within(
-    tail: Tail,
-    model: &FrozenModel,
-    gaps: &Gaps,
-    t: f64,
-) -> (f64, Gaps, Impulses) {
-    match tail {
-        Tail::Bounce { contact } => model.skip_bounces(contact, gaps, t),
-        Tail::Cycle { ratio, duration } => {
-            let cycles = (libm::log1p(-t / duration) / libm::log(ratio)).floor();
-            let scale = libm::pow(ratio, cycles);
-            let t = duration * (1.0 - scale);
-            let rates = gaps.u.map(|u| u * scale);
-            (t, Gaps { h: [0.0; 2], u: rates }, model.lead_to(rates, gaps, t))
-        }
-        Tail::Collisions => (0.0, *gaps, Impulses::default()),
-    }
-}
-
 impl Driver<'_> {
     /// The constants of the fast loops of a body that turns, if these are exact.
     fn pair(&self) -> Option<PairBody> {

@@ -4,10 +4,25 @@ use crate::body::contact::ContactLetters;
 use crate::modes::Mode;
 use crate::motion::driver::Driver;
 use crate::motion::moving::Moving;
-use crate::motion::plain::within;
 use crate::motion::record::Tail;
 use crate::motion::subject::Subject;
 use crate::options::Options;
+use crate::zeno::{FrozenModel, Gaps, Impulses};
+
+/// The last time up to `t` (s) in a tail from these gaps on that closed forms give, the gaps then, and the effects of the impacts until then.
+fn within(tail: Tail, model: &FrozenModel, gaps: &Gaps, t: f64) -> (f64, Gaps, Impulses) {
+    match tail {
+        Tail::Bounce { contact } => model.skip_bounces(contact, gaps, t),
+        Tail::Cycle { ratio, duration } => {
+            let cycles = (libm::log1p(-t / duration) / libm::log(ratio)).floor();
+            let scale = libm::pow(ratio, cycles);
+            let t = duration * (1.0 - scale);
+            let rates = gaps.u.map(|u| u * scale);
+            (t, Gaps { h: [0.0; 2], u: rates }, model.lead_to(rates, gaps, t))
+        }
+        Tail::Collisions => (0.0, *gaps, Impulses::default()),
+    }
+}
 
 /// The state and the modes at time `dt` within a sum of impacts that starts in this state; `None` if too many events come before that time.
 /// `fastest`: the largest speed until then, in m/s; `options`: of the run.

@@ -20,9 +20,8 @@ impl Driver<'_> {
     pub(super) fn come_to_rest(&mut self, rests: &[bool], fresh: bool) -> Option<Outcome> {
         let second = |i: usize| self.state.turning().and_then(|body| body.second(i));
         let held = |i: usize| self.resting[i] || second(i).is_some_and(|j| self.resting[j]);
-        let pressed = self
-            .plain_model()
-            .filter(|_| self.plain && (0..rests.len()).all(|i| self.state.friction(i) == 0.0));
+        let smooth = (0..rests.len()).all(|i| self.state.friction(i) == 0.0);
+        let pressed = self.plain_model().filter(|_| smooth);
         let pressed =
             pressed.map(|model| model.pressed([0, 1].map(|i| rests.get(i).is_some_and(|on| *on))));
         let stays = |i: usize| match (pressed, self.state.pull(i)) {
@@ -35,10 +34,16 @@ impl Driver<'_> {
         if new.is_empty() {
             return None;
         }
-        let exact = self.plain || self.state.turning().is_none();
+        let proved = self.proves_rest();
         let method =
-            if fresh { Some(ZenoMethod::Rest) } else { exact.then_some(ZenoMethod::Bounce) };
-        self.settle(&new, method, fresh || exact, 0.0, f64::INFINITY)
+            if fresh { Some(ZenoMethod::Rest) } else { proved.then_some(ZenoMethod::Bounce) };
+        self.settle(&new, method, fresh || proved, 0.0, f64::INFINITY)
+    }
+
+    /// Returns true if a contact with zero gap and rate counts as proved to rest: over constant rows, and in a body on at most two contacts
+    /// without friction in impacts.
+    fn proves_rest(&self) -> bool {
+        self.plain || self.state.turning().is_none()
     }
 
     /// Records that these points have come to rest; an outcome: the run ends with it. `method`: `None`: by single impacts; `hit`: speed of the
@@ -175,7 +180,7 @@ impl Driver<'_> {
     /// One of two contacts lands with this speed (m/s) while the other is held. If all speeds are below their rounding error, everything comes to
     /// rest. If only the landing speed is, the contact that lands does.
     pub(super) fn stop_slowly(&mut self, landing: f64) -> Option<Option<Outcome>> {
-        if !(self.plain || self.state.turning().is_none()) {
+        if !self.proves_rest() {
             return None;
         }
         let left = self.state.speed_of(&self.state.velocity(), self.place);

@@ -139,8 +139,6 @@ pub(crate) struct Frozen {
 /// What ends a motion in one contact mode.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ModeEnd {
-    /// Nothing does.
-    Never,
     /// This contact lands.
     Landing(usize),
     /// The sliding speed of this contact has decreased to zero.
@@ -332,10 +330,14 @@ impl Frozen {
         self.points.iter().enumerate().map(time).collect()
     }
 
-    /// The first event in these modes with this acceleration, and its time in s.
-    pub(crate) fn first_event(&self, modes: &[Mode], acceleration: &Coordinates) -> (f64, ModeEnd) {
+    /// The first event in these modes with this acceleration, and its time in s; `None`: they never end.
+    pub(crate) fn first_event(
+        &self,
+        modes: &[Mode],
+        acceleration: &Coordinates,
+    ) -> Option<(f64, ModeEnd)> {
         let (space, friction) = (self.space(), &self.rows.friction);
-        let mut first = (f64::INFINITY, ModeEnd::Never);
+        let mut first: Option<(f64, ModeEnd)> = None;
         for (i, p) in self.points.iter().enumerate() {
             let (t, end) = match modes[i] {
                 Mode::Separate => {
@@ -353,8 +355,8 @@ impl Frozen {
                     (-speed / a, ModeEnd::Stop(i))
                 }
             };
-            if t < first.0 {
-                first = (t, end);
+            if t < first.map_or(f64::INFINITY, |(first, _)| first) {
+                first = Some((t, end));
             }
         }
         first

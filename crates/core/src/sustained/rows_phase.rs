@@ -151,31 +151,30 @@ impl RowsPhase {
     /// Holds the contacts in their word with this acceleration: up to the contact that stops sliding, or to another end of the phase.
     fn hold_on(&mut self, a: &Coordinates, log: &mut Log<'_>) -> Result<usize, PhaseEnd> {
         let (state, word) = (&mut self.state, &self.word);
-        let (t, end) = state.first_event(word, a);
-        let way = t * (state.speed() + t * state.space().reach() * a.norm());
+        let (speed, push) = (state.speed(), state.space().reach() * a.norm());
+        // Events farther away than `DEPARTED` are never reached.
+        let next = state.first_event(word, a).filter(|(t, _)| t * (speed + t * push) <= DEPARTED);
         let left = log.left();
-        let endless = t == f64::INFINITY || way > DEPARTED;
-        if endless && left == f64::INFINITY {
-            let closed = word.iter().all(|&mode| mode != Mode::Separate);
-            self.acceleration = Some(a.clone());
-            let outcome = if closed { Outcome::Sliding } else { Outcome::Escape };
-            return Err(PhaseEnd::Outcome(outcome));
-        }
-        if endless || t > left {
-            *state = state.after(word, a, left.max(0.0));
-            log.clock = log.clock.after(left.max(0.0));
-            return Err(PhaseEnd::Outcome(Outcome::TimeLimit));
-        }
+        let (t, end) = match next {
+            Some((t, end)) if t <= left => (t, Some(end)),
+            None if left == f64::INFINITY => {
+                let closed = word.iter().all(|&mode| mode != Mode::Separate);
+                self.acceleration = Some(a.clone());
+                let outcome = if closed { Outcome::Sliding } else { Outcome::Escape };
+                return Err(PhaseEnd::Outcome(outcome));
+            }
+            _ => (left.max(0.0), None),
+        };
         *state = state.after(word, a, t);
         log.clock = log.clock.after(t);
         match end {
-            ModeEnd::Stop(i) => Ok(i),
-            ModeEnd::Landing(i) => {
+            Some(ModeEnd::Stop(i)) => Ok(i),
+            Some(ModeEnd::Landing(i)) => {
                 let p = &mut state.points[i];
                 (p.h, p.u) = (0.0, p.u.min(0.0));
                 Err(PhaseEnd::Landing(i))
             }
-            ModeEnd::Never => Err(PhaseEnd::Outcome(Outcome::TimeLimit)),
+            None => Err(PhaseEnd::Outcome(Outcome::TimeLimit)),
         }
     }
 
