@@ -24,6 +24,7 @@ EVENTS = 3000
 MODELS = ["auto", "local", "full"]
 LAWS = ["newton", "poisson", "stronge", "chatterjee-ruina", "moreau"]
 GROUNDS = ["lines", "level", "segments", "polyline"]
+STRAIGHT = GROUNDS[:2]
 ORDERS = ["first-contact-first", "last-contact-first"]
 
 
@@ -156,8 +157,9 @@ def of_verdict(v: sf.Verdict) -> Iterator[object]:
 
 def one_run(k: int) -> Iterator[object]:
     draw = Draw(0, k)
-    model, law = MODELS[k % 3], LAWS[k // 3 % 5]
+    law = LAWS[k // 3 % 5]
     count, ground = 1 + k // 15 % 6, GROUNDS[k // 90 % 4]
+    model = MODELS[k % 3] if ground in STRAIGHT else "full"
     body = posture(draw, count, ground)
     q, qdot = state(draw, body)
     options = {
@@ -203,10 +205,16 @@ def one_pair(k: int) -> Iterator[object]:
 
 def one_batch(k: int) -> Iterator[object]:
     draw = Draw(2, k)
-    body = posture(draw, 1 + k % 3, GROUNDS[k // 3 % 4])
+    ground = GROUNDS[k // 3 % 4]
+    body = posture(draw, 1 + k % 3, ground)
     starts = [state(draw, body) for _ in range(24)]
     q, qdot = (np.array(column) for column in zip(*starts, strict=True))
-    options = {"model": draw.of(MODELS), "event_limit": EVENTS, "time_limit": 2.0}
+    model = draw.of(MODELS)
+    options = {
+        "model": model if ground in STRAIGHT else "full",
+        "event_limit": EVENTS,
+        "time_limit": 2.0,
+    }
     if k % 5 == 0:
         options["impact"] = draw.of(LAWS[1:])
     else:

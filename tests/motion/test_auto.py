@@ -1,5 +1,7 @@
 """The model that "auto" takes."""
 
+import math
+
 import numpy as np
 import pytest
 import standfast as sf
@@ -67,9 +69,8 @@ def test_exact_at_any_height():
     run = sf.simulate(rough, (0, 5.0, 0), (0, 0, 0))
     assert run.model == "local"
     assert "exact" in run.model_reason
-    assert (
-        run.elapsed == sf.simulate(rough, (0, 5.0, 0), (0, 0, 0), model="full").elapsed
-    )
+    full = sf.simulate(rough, (0, 5.0, 0), (0, 0, 0), model="full")
+    assert abs(run.elapsed - full.elapsed) <= math.ulp(run.elapsed)
     # Thrown along the ground, it is turned by friction.
     thrown = sf.simulate(rough, (0, 5.0, 0), (1, 0, 0))
     assert (thrown.model, thrown.model_reason) == ("full", "the body may turn")

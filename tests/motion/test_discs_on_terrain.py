@@ -64,9 +64,8 @@ def test_a_disc_does_not_start_in_a_steep_piece(top):
             ValueError, match=r"contacts\.1\.point .* reaches 0\.\d+ m in"
         ):
             on_floor(x)
-        for model in ("full", "local"):
-            with pytest.raises(ValueError, match=r"contact 1 .*-0\."):
-                sf.simulate(disc, (x + 1.5, 0, 0), (0, 0, 0), model=model)
+        with pytest.raises(ValueError, match=r"contact 1 .*-0\."):
+            sf.simulate(disc, (x + 1.5, 0, 0), (0, 0, 0))
 
 
 def disc_scene(rng):

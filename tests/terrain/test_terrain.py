@@ -165,13 +165,12 @@ def test_to_and_fro_in_a_valley(alpha, beta):
     first = speed / (G * math.sin(alpha))
     up, back = (2 * speed / (G * math.sin(slope)) for slope in (beta, alpha))
     expected = first + (up * keep + back * keep**2) / (1 - keep**2)
-    for model in ("local", "full"):
-        run = sf.simulate(posture, (0, 0, 0), (0, 0, 0), model=model)
-        assert run.outcome == "rest"
-        assert run.phases[-1].mode == "F"
-        assert run.elapsed == pytest.approx(expected, rel=1e-13)
-        assert run.q == pytest.approx([-start[0], -start[1], 0.0], abs=1e-13)
-        assert run.collisions < 2 * math.log(1e-14) / math.log(keep) + 20
+    run = sf.simulate(posture, (0, 0, 0), (0, 0, 0))
+    assert run.outcome == "rest"
+    assert run.phases[-1].mode == "F"
+    assert run.elapsed == pytest.approx(expected, rel=1e-13)
+    assert run.q == pytest.approx([-start[0], -start[1], 0.0], abs=1e-13)
+    assert run.collisions < 2 * math.log(1e-14) / math.log(keep) + 20
 
 
 def test_a_corner_of_a_body_rests_in_a_vertex():
@@ -393,11 +392,9 @@ def test_a_floor_in_pieces_is_a_floor():
                 (50.0, 0.0),
             ],
         )
-        model = "full" if case % 2 else "local"
         q = (0.0, 0.1, float(random.normal(0, 0.02)))
         qdot = tuple(float(v) for v in random.normal(0, 0.5, 3))
         options = {
-            "model": model,
             "impact": "chatterjee-ruina" if friction else "newton",
             "simultaneous": "first-contact-first",
             "time_limit": 4.0,
@@ -590,8 +587,7 @@ def test_random_scenes_on_polylines_end():
         posture = hills(rng)
         if posture is None:
             continue
-        model = str(rng.choice(["full", "full", "local", "auto"]))
-        q = np.array([0.0, 0.0, 0.0 if model == "local" else rng.uniform(-0.3, 0.3)])
+        q = np.array([0.0, 0.0, rng.uniform(-0.3, 0.3)])
         while (gaps := posture.gaps(q)).min() < 0:
             q[1] += max(-gaps.min(), 0.05)
         qdot = rng.normal(size=3) * rng.choice([0.0, 0.3, 1.0])
@@ -599,7 +595,6 @@ def test_random_scenes_on_polylines_end():
             posture,
             q,
             qdot,
-            model=model,
             impact=str(rng.choice(LAWS)),
             simultaneous="first-contact-first",
             time_limit=5.0,
@@ -951,34 +946,23 @@ def test_a_foot_in_a_vertex_is_hit_by_both_pieces_at_once():
     assert fell > 20
 
 
-def test_far_below_its_segment_a_contact_of_the_local_model_is_not_over_it():
-    """In the local model an arm turns linearly and grows without bound: a contact may be high over the centre of
-    mass, and far from its segment."""
-    low, high = -1.9248046875, 1.83251953125
-    contact = sf.Contact(
-        (-0.982666015625, -0.1728515625),
-        friction=0.25,
-        tangential_restitution=0.5,
-        segment=(low, high),
+def test_the_local_model_needs_straight_lines_without_ends():
+    foot = sf.Contact((0, 0), segment=(-1.0, 1.0))
+    body = {"mass": 1.0, "gyration_radius": 0.3, "center_of_mass": (0, 0.5), "restitution": 0.5}  # fmt: skip
+    on_segment = sf.Posture(contacts=[foot], **body)
+    on_terrain = sf.Posture(
+        contacts=[sf.Contact((0, 0))], terrain=[(-1, 0), (1, 0)], **body
     )
-    posture = sf.Posture(
-        mass=1.0,
-        gyration_radius=0.4794921875,
-        center_of_mass=(-0.189453125, 0.2333984375),
-        contacts=[contact],
-        restitution=0.875,
-    )
-    run = sf.simulate(
-        posture,
-        (-0.05126953, 0.125, 0.08837891),
-        (1.3046875, 2.9375, -0.9765625),
-        model="local",
-        impact="chatterjee-ruina",
-        time_limit=4.0,
-    )
-    assert len(run.impacts) == 3
-    along = run.points_at(run.impacts["time"])[:, 0, 0] - contact.point[0]
-    assert ((low <= along) & (along <= high)).all()
+    for posture in (on_segment, on_terrain):
+        for starts in ((0, 0.1, 0), [(0, 0.1, 0)]):
+            run = sf.simulate if isinstance(starts, tuple) else sf.simulate_many
+            with pytest.raises(ValueError, match=r'model = "local" .* "full"'):
+                run(posture, starts, np.zeros_like(starts), model="local")
+        run = sf.simulate(posture, (0, 0.1, 0), (0, 0, 0))
+        assert (run.model, run.outcome) == ("full", "rest")
+        assert "straight line" in run.model_reason
+        # Small motions do not reach the ends: trials have straight lines.
+        assert sf.stability(posture, trials=5).trials["kicks"] == 5
 
 
 def test_a_foot_leaves_the_end_of_its_ground_once_while_it_is_in_the_air():

@@ -17,7 +17,7 @@ pub enum Model {
     /// The local model where it is exact, because nothing turns the body; otherwise the full model. The default.
     #[default]
     Auto,
-    /// All Jacobian rows frozen at q = 0: the paper's linearisation.
+    /// All Jacobian rows frozen at q = 0: the paper's linearisation. Only for contacts on straight lines without ends.
     Local,
     /// Finite rotation.
     Full,

@@ -270,6 +270,8 @@ pub enum ModelReason {
     Turns,
     /// Full: the body is kicked or the ground moves.
     Excited,
+    /// Full: not each contact is on a straight line without ends.
+    Ground,
 }
 
 impl ModelReason {
@@ -283,6 +285,7 @@ impl ModelReason {
             Self::Exact => "exact here: the body does not turn",
             Self::Turns => "the body may turn",
             Self::Excited => "the body is kicked or the ground moves",
+            Self::Ground => "the ground is not a straight line without ends for each contact",
         }
     }
 }

@@ -312,7 +312,7 @@ impl Foot {
                 };
                 lines.iter().map(gap).collect()
             }
-            Self::Side(_, on) => SmallVec::from_slice(&[posture.side_gap(on, q, frozen)]),
+            Self::Side(_, on) => SmallVec::from_slice(&[posture.side_gap(on, q)]),
         }
     }
 }

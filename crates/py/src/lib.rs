@@ -89,8 +89,9 @@ mod _core {
     /// posture : Posture or Mechanism. q, qdot : (3,) m, m, rad and per second; of a mechanism (dof,), the displacement from its posture, m or
     /// rad, and its rate. A mechanism has the model "local" only, and neither kicks nor ground_motion.
     ///
-    /// model : "local" (all Jacobian rows frozen at q = 0), "full" (finite rotation) or "auto" (the local model where it is exact,
-    /// because nothing turns the body, else the full model; run.model and run.model_reason have the model and the reason).
+    /// model : "local" (all Jacobian rows frozen at q = 0; only for contacts on straight lines without ends), "full" (finite rotation) or
+    /// "auto" (the local model where it is exact, because nothing turns the body, else the full model; run.model and run.model_reason have
+    /// the model and the reason).
     ///
     /// impact : "auto" ("newton" where no contact has friction, "moreau" where one has; run.impact has the law that acted), "newton" (without
     /// friction in impacts; run.warnings reports where a contact with friction is hit), or with friction "moreau", "poisson", "stronge" or

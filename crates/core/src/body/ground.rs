@@ -26,24 +26,23 @@ pub(crate) struct Under {
 }
 
 impl Posture {
-    /// Contact `i` on the piece of terrain under it at `q`. In a convex vertex this is the piece that faces up more. `frozen`: with the
-    /// Jacobian rows of q = 0.
-    pub(crate) fn under(&self, i: usize, q: &Vector3<f64>, frozen: bool) -> Under {
+    /// Contact `i` on the piece of terrain under it at `q`. In a convex vertex this is the piece that faces up more.
+    pub(crate) fn under(&self, i: usize, q: &Vector3<f64>) -> Under {
         let Some(ground) = self.ground(i) else {
             return Under { place: Place::anywhere(i), geometry: self.geometry()[i], exists: true };
         };
-        let at = self.position(i, q, frozen);
+        let at = self.position(i, q);
         self.over(i, ground.find_up(&at, self.vertex_error(&at, q)), &at)
     }
 
     /// As `under`, for a body that moves. A contact in a convex vertex is on the piece that faces up less in two cases: it lifts off the
     /// line of that piece and moves over that piece, along the ground; or it lifts off the line of that piece and moves into the other
     /// piece.
-    pub(crate) fn under_moving(&self, i: usize, state: &State, frozen: bool) -> Under {
-        let under = self.under(i, &state.q, frozen);
-        let Some([left, right]) = self.convex_vertex(i, &state.q, frozen) else { return under };
-        let (at, qdot) = (self.position(i, &state.q, frozen), state.qdot);
-        let turn = Turn::by(if frozen { 0.0 } else { state.q.z });
+    pub(crate) fn under_moving(&self, i: usize, state: &State) -> Under {
+        let under = self.under(i, &state.q);
+        let Some([left, right]) = self.convex_vertex(i, &state.q) else { return under };
+        let (at, qdot) = (self.position(i, &state.q), state.qdot);
+        let turn = Turn::by(state.q.z);
         let known = PLACE * (qdot.xy().norm() + self.size() * qdot.z.abs());
         let is_left = under.place.piece == left;
         let other = self.over(i, if is_left { right } else { left }, &at);
@@ -72,14 +71,9 @@ impl Posture {
     }
 
     /// The pieces on both sides of the convex vertex in which contact `i` is at `q`.
-    pub(crate) fn convex_vertex(
-        &self,
-        i: usize,
-        q: &Vector3<f64>,
-        frozen: bool,
-    ) -> Option<[isize; 2]> {
+    pub(crate) fn convex_vertex(&self, i: usize, q: &Vector3<f64>) -> Option<[isize; 2]> {
         let ground = self.ground(i)?;
-        let at = self.position(i, q, frozen);
+        let at = self.position(i, q);
         ground.convex_vertex(&at, self.vertex_error(&at, q))
     }
 
@@ -90,9 +84,9 @@ impl Posture {
         let first: Stance = (0..count).map(|i| self.touched(i, q)).collect();
         let mut all = vec![first];
         let at_vertex =
-            (0..count).filter_map(|i| self.convex_vertex(i, q, false).map(|pieces| (i, pieces)));
+            (0..count).filter_map(|i| self.convex_vertex(i, q).map(|pieces| (i, pieces)));
         for (i, pieces) in at_vertex.take(MOST_IN_VERTICES) {
-            let at = self.position(i, q, false);
+            let at = self.position(i, q);
             let on = pieces.map(|k| self.over(i, k, &at).geometry);
             let Some(other) = on.into_iter().find(|on| on.normal != all[0][i][0].normal) else {
                 continue;
@@ -106,28 +100,24 @@ impl Posture {
         all
     }
 
-    /// World position of contact `i` at `q`, of its centre if it is round, in m. `frozen`: with the Jacobian rows of q = 0.
-    pub(crate) fn position(&self, i: usize, q: &Vector3<f64>, frozen: bool) -> Vector2<f64> {
+    /// World position of contact `i` at `q`, of its centre if it is round, in m.
+    pub(crate) fn position(&self, i: usize, q: &Vector3<f64>) -> Vector2<f64> {
         let nominal = self.geometry()[i];
         let arm = nominal.tangent * nominal.b + nominal.normal * nominal.c;
-        let turned = if frozen {
-            Vector2::new(-arm.y, arm.x) * q.z
-        } else {
-            let (half, sin) = (libm::sin(0.5 * q.z), libm::sin(q.z));
-            Vector2::new(
-                -arm.y * sin - 2.0 * arm.x * half * half,
-                arm.x * sin - 2.0 * arm.y * half * half,
-            )
-        };
+        let (half, sin) = (libm::sin(0.5 * q.z), libm::sin(q.z));
+        let turned = Vector2::new(
+            -arm.y * sin - 2.0 * arm.x * half * half,
+            arm.x * sin - 2.0 * arm.y * half * half,
+        );
         self.contacts()[i].center() + (q.xy() + turned)
     }
 
     /// Rounding error of the position of contact `i` at `q`, relative to the ground under it, in m.
-    pub(crate) fn place_rounding(&self, i: usize, q: &Vector3<f64>, frozen: bool) -> f64 {
+    pub(crate) fn place_rounding(&self, i: usize, q: &Vector3<f64>) -> f64 {
         if *q == Vector3::zeros() {
             return 0.0;
         }
-        let at = self.position(i, q, frozen);
+        let at = self.position(i, q);
         let reach = self.ground(i).filter(|ground| ground.is_polyline).map_or(0.0, |ground| {
             let ends = ground.nearest(ground.find(&at)).0.ends;
             ends.iter().map(|end| (at - end.vertex).amax()).fold(0.0, f64::max)
@@ -146,22 +136,18 @@ impl Posture {
     /// A gap of contact `i` at `q` whose sign shows whether the contact is in its ground. `gap`: the gap over the piece under the contact.
     /// This gap alone does not show it: near a vertex a point may be nearer to the line of that piece than to the ground, and the gap over
     /// a long piece has the rounding errors of distant coordinates.
-    pub(crate) fn signed_gap(&self, i: usize, q: &Vector3<f64>, frozen: bool, gap: f64) -> f64 {
+    pub(crate) fn signed_gap(&self, i: usize, q: &Vector3<f64>, gap: f64) -> f64 {
         let Some(ground) = self.ground(i).filter(|ground| ground.is_polyline) else { return gap };
-        let at = self.position(i, q, frozen);
+        let at = self.position(i, q);
         let depth = ground.depth(&at).max(ground.reach(&at));
         let touch = self.touch(i);
-        if gap < -touch || depth > touch.max(self.place_rounding(i, q, frozen)) {
-            -depth
-        } else {
-            gap
-        }
+        if gap < -touch || depth > touch.max(self.place_rounding(i, q)) { -depth } else { gap }
     }
 
     /// Constants of contact `i` on the piece of terrain under it at `q`. If the contact is in a vertex, within [`TOUCH`] of the size of the
     /// body, the result also has the constants on the next piece, provided that this piece rises from the vertex.
     pub(crate) fn touched(&self, i: usize, q: &Vector3<f64>) -> SmallVec<[ContactGeometry; 2]> {
-        let Under { place, geometry, exists } = self.under(i, q, false);
+        let Under { place, geometry, exists } = self.under(i, q);
         let mut all = SmallVec::from_slice(&[geometry]);
         for (side, to) in [(0, -1), (1, 1)] {
             let near = exists && place.sides[side] <= TOUCH * self.size();

@@ -304,9 +304,9 @@ impl Posture {
         };
         let mut posture = Self(Arc::new(parts));
         for i in 0..if on_polyline { count } else { 0 } {
-            let geometry = posture.under(i, &Vector3::zeros(), false).geometry;
+            let geometry = posture.under(i, &Vector3::zeros()).geometry;
             Arc::make_mut(&mut posture.0).geometry[i] = geometry;
-            let gap = posture.signed_gap(i, &Vector3::zeros(), false, geometry.offset);
+            let gap = posture.signed_gap(i, &Vector3::zeros(), geometry.offset);
             if gap < -posture.touch(i) {
                 return Err(Error::Unusable {
                     field: format!("contacts.{}.point", i + 1),
@@ -357,28 +357,37 @@ impl Posture {
         (0..points.len()).filter(|&i| !points[..i].contains(&points[i]))
     }
 
+    /// Returns true if every contact is on a straight line without ends: in the local model its row is constant.
+    pub(crate) fn has_constant_rows(&self) -> bool {
+        (0..self.contacts().len()).all(|i| self.ground(i).is_none())
+    }
+
     /// Returns true if a contact is a disc.
     pub(crate) fn has_rounds(&self) -> bool {
         self.contacts().iter().any(Contact::is_round)
     }
 
-    /// Positions of the contact points at `q`; of a disc, the point of it that is nearest to its ground. `frozen`: with the Jacobian rows of
+    /// Positions of the contact points at `q`; of a disc, the point of it that is nearest to its ground. `local`: with the Jacobian rows of
     /// q = 0.
-    pub(crate) fn points(&self, q: &Vector3<f64>, frozen: bool) -> Vec<[f64; 2]> {
+    pub(crate) fn points(&self, q: &Vector3<f64>, local: bool) -> Vec<[f64; 2]> {
         let turn = Turn::by(q.z);
-        let (sin, less) = if frozen { (q.z, 0.0) } else { (turn.sin, turn.one_minus_cos) };
+        let (sin, less) = if local { (q.z, 0.0) } else { (turn.sin, turn.one_minus_cos) };
         let [cx, cy] = self.fields().center_of_mass;
         let point = |contact: &Contact| {
             let [x, y] = contact.point;
             let (dx, dy) = (x - cx, y - cy);
             [x + (q.x - dy * sin - dx * less), y + (q.y + dx * sin - dy * less)]
         };
-        let place = |(i, contact): (usize, &Contact)| {
-            if contact.is_round() {
-                let below = self.under(i, q, frozen).geometry.normal * contact.radius;
-                (self.position(i, q, frozen) - below).into()
-            } else {
-                point(contact)
+        let place = |(i, contact): (usize, &Contact)| match (contact.is_round(), local) {
+            (false, _) => point(contact),
+            (true, false) => {
+                let below = self.under(i, q).geometry.normal * contact.radius;
+                (self.position(i, q) - below).into()
+            }
+            (true, true) => {
+                let below = self.geometry()[i].normal * contact.radius;
+                let [x, y] = point(contact);
+                [x - below.x, y - below.y]
             }
         };
         self.contacts().iter().enumerate().map(place).collect::<Vec<_>>().unsigned_zero()
@@ -461,7 +470,7 @@ impl Posture {
         let turn = Turn::by(q.z);
         (0..self.0.geometry.len())
             .map(|i| {
-                let under = self.under(i, q, false);
+                let under = self.under(i, q);
                 if under.exists {
                     under.geometry.gap(q, &turn).unsigned_zero()
                 } else {
@@ -503,7 +512,7 @@ impl Posture {
         found.retain(|q| self.touches(i, q));
         let in_ground = |q: &Vector3<f64>| {
             let gaps = self.gaps(q).into_iter().enumerate();
-            let mut gaps = gaps.map(|(k, gap)| (k, self.signed_gap(k, q, false, gap)));
+            let mut gaps = gaps.map(|(k, gap)| (k, self.signed_gap(k, q, gap)));
             gaps.find(|(k, gap)| *k != i && *gap < -TOUCH * self.size())
         };
         let Some(first) = found.first() else {
@@ -528,7 +537,7 @@ impl Posture {
     /// `theta`.
     fn vertically(&self, i: usize, theta: f64) -> impl Iterator<Item = Vector3<f64>> {
         let (turned, turn) = (Vector3::new(0.0, 0.0, theta), Turn::by(theta));
-        let at = self.position(i, &turned, false);
+        let at = self.position(i, &turned);
         let ground = self.ground(i);
         let pieces = ground.map_or(&[][..], |ground| &ground.pieces);
         let over = pieces.iter().filter(move |piece| piece.is_at_x(at.x));
@@ -552,8 +561,8 @@ impl Posture {
 
     /// Returns true if a contact is on its ground at `q`, within its rounding error.
     fn touches(&self, i: usize, q: &Vector3<f64>) -> bool {
-        let Under { geometry, exists, .. } = self.under(i, q, false);
-        let known = self.place_rounding(i, q, false).max(TOUCH * self.size());
+        let Under { geometry, exists, .. } = self.under(i, q);
+        let known = self.place_rounding(i, q).max(TOUCH * self.size());
         exists && geometry.gap(q, &Turn::by(q.z)).abs() <= known
     }
 
@@ -561,7 +570,7 @@ impl Posture {
     #[must_use]
     pub fn gap_rates(&self, q: &Vector3<f64>, qdot: &Vector3<f64>) -> Vec<f64> {
         let (turn, state) = (Turn::by(q.z), State { q: *q, qdot: *qdot });
-        let on = |i: usize| self.under_moving(i, &state, false).geometry;
+        let on = |i: usize| self.under_moving(i, &state).geometry;
         (0..self.0.geometry.len()).map(|i| on(i).gap_rate(qdot, &turn).unsigned_zero()).collect()
     }
 
@@ -619,11 +628,13 @@ impl Posture {
         Ok(self.pair()?.map(|k| k.gravity.unsigned_zero()))
     }
 
-    /// The rows of the contacts in the local model, see [`ContactSpace::of_body`].
+    /// The rows of the contact points in the local model, see [`ContactSpace::of_body`].
     pub(crate) fn contact_space(&self) -> Arc<ContactSpace> {
         Arc::clone(self.0.space.0.get_or_init(|| {
             let (rho2, gravity) = (self.gyration_squared(), self.fields().gravity);
-            Arc::new(ContactSpace::of_body(self.geometry(), rho2, gravity))
+            let points: Vec<ContactGeometry> =
+                self.distinct().map(|i| self.geometry()[i]).collect();
+            Arc::new(ContactSpace::of_body(&points, rho2, gravity))
         }))
     }
 

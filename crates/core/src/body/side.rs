@@ -84,16 +84,16 @@ impl Posture {
         found
     }
 
-    /// The gap at `q` of a corner of the ground that touches a side in the nominal posture, in m; ∞ beyond the ends of the side. `frozen`:
-    /// with the Jacobian rows of q = 0.
-    pub(crate) fn side_gap(&self, on: &TouchedSide, q: &Vector3<f64>, frozen: bool) -> f64 {
+    /// The gap at `q` of a corner of the ground that touches a side in the nominal posture, in m; ∞ beyond the ends of the
+    /// side.
+    pub(crate) fn side_gap(&self, on: &TouchedSide, q: &Vector3<f64>) -> f64 {
         let side = self.outline().map(|outline| &outline.sides()[on.side]);
         match side {
-            Some(side) if !frozen => {
+            Some(side) => {
                 let (_, gap, from_ends) = self.at_side(on.corner, side, q);
                 if from_ends.iter().all(|way| *way >= 0.0) { gap } else { f64::INFINITY }
             }
-            _ => on.geometry.local_gap(q),
+            None => on.geometry.local_gap(q),
         }
     }
 
@@ -118,9 +118,8 @@ impl Posture {
         self.sides_touched(&Vector3::zeros()).iter().map(contact).collect()
     }
 
-    /// Refuses a configuration in which a corner of the ground lies in the body. `frozen`: with the Jacobian rows of q = 0, and only the corners
-    /// that touch a side there.
-    pub(crate) fn check_sides(&self, q: &Vector3<f64>, frozen: bool) -> Result<(), Error> {
+    /// Refuses a configuration in which a corner of the ground lies in the body.
+    pub(crate) fn check_sides(&self, q: &Vector3<f64>) -> Result<(), Error> {
         let Some(outline) = self.outline() else { return Ok(()) };
         let refuse = |corner: Vector2<f64>, depth: f64| Error::Unusable {
             field: "q".into(),
@@ -131,12 +130,6 @@ impl Posture {
                 corner.x, corner.y
             ),
         };
-        if frozen {
-            let deep = |on: &&TouchedSide| on.geometry.local_gap(q) < -outline.depth;
-            let found = self.sides_touched(&Vector3::zeros());
-            let found = found.iter().find(deep);
-            return found.map_or(Ok(()), |on| Err(refuse(on.corner, -on.geometry.local_gap(q))));
-        }
         let (center, turn) = (Vector2::from(self.fields().center_of_mass) + q.xy(), Turn::by(-q.z));
         let seen = |corner: Vector2<f64>| turned(&turn, corner - center);
         for &corner in self.ground_corners() {

@@ -307,7 +307,7 @@ impl ContactProblem {
     /// means an impact.
     pub fn of_posture(posture: &Posture, state: &State, wrench: [f64; 3]) -> Result<Self, Error> {
         state.validate()?;
-        posture.check_sides(&state.q, false)?;
+        posture.check_sides(&state.q)?;
         for (axis, value) in ["x", "y", "torque"].iter().zip(wrench) {
             finite(format_args!("wrench.{axis}"), value)?;
         }
@@ -322,11 +322,11 @@ impl ContactProblem {
             in_range(format_args!("wrench.{axis}"), wrench[k], push.abs() <= LARGEST, allowed)?;
         }
         let count = posture.contacts().len();
-        let geometry = (0..count).map(|i| posture.under_moving(i, state, false).geometry);
+        let geometry = (0..count).map(|i| posture.under_moving(i, state).geometry);
         let geometry: Vec<ContactGeometry> = geometry.collect();
         let first = Self::on_pieces(posture, state, wrench, &geometry)?;
         let free = |&i: &usize| first.fields.sliding[i] == Some(0);
-        let at_vertex = |i: usize| Some((i, posture.convex_vertex(i, &state.q, false)?));
+        let at_vertex = |i: usize| Some((i, posture.convex_vertex(i, &state.q)?));
         let at_vertices: Vec<(usize, [isize; 2])> =
             (0..count).filter(free).filter_map(at_vertex).take(MOST_IN_VERTICES).collect();
         if at_vertices.is_empty() {
@@ -394,7 +394,7 @@ impl ContactProblem {
         };
         for (i, k) in geometry.iter().enumerate() {
             let (b, c) = k.turned(&turn);
-            let gap = posture.signed_gap(i, &state.q, false, gaps[i]);
+            let gap = posture.signed_gap(i, &state.q, gaps[i]);
             let rate = k.gap_rate(&state.qdot, &turn).unsigned_zero();
             if gap < -touch {
                 return Err(Error::Penetrating { contact: i + 1, gap, touch });

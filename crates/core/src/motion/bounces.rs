@@ -17,8 +17,8 @@
 //! Σ_m (r^m − 1) s_j^m c_m = F_j,    Σ_{m>1} (r^m − r) s_j^m a_m = u'_j − r u_j  for u = Σ_m a_m s^m, Σ_m a_m = u(1)
 //! ```
 //!
-//! The iteration converges as that of Picard for a differential equation does. In constant geometry only c_1 and c_2 differ from zero, and the
-//! first iterate is exact. Terms of higher order are the effect of the rotation. The last coefficients in Chebyshev's polynomials estimate the
+//! The iteration converges as that of Picard for a differential equation does. Without rotation only c_1 and c_2 differ from zero, and the
+//! first iterate is exact. The last coefficients in Chebyshev's polynomials estimate the
 //! error.
 //!
 //! If the contact slides in one direction through all impacts, their impulses are (−σμ, 1) P, and every law returns e: r = e. The ratio of the
@@ -99,6 +99,15 @@ impl Grip {
             Self::Slides(if t == 0.0 { 0.0 } else { -t.signum() })
         }
     }
+
+    /// Returns true if the next impact does the same: at this sliding speed, with this impulse (tangential, normal). A contact that sticks
+    /// takes off without a slide; with tangential restitution it may not.
+    fn goes_on(self, w: &Matrix, slip: f64, [t, n]: [f64; 2], friction: f64) -> bool {
+        let terms = [slip, w.tt * t, w.nt * n];
+        let after: f64 = terms.iter().sum();
+        let stops = after.abs() <= STILL * terms.iter().map(|term| term.abs()).sum::<f64>();
+        self == Self::of([t, n], friction) && (stops || self != Self::Sticks)
+    }
 }
 
 /// All further bounces of a contact, as a function of s.
@@ -127,6 +136,11 @@ impl Sum {
     }
 }
 
+/// Change of the gap of a point by this rotation.
+fn lift(p: &ContactState, turn: &Turn) -> f64 {
+    p.b * turn.sin - p.c * turn.one_minus_cos
+}
+
 /// One contact, on the ground after an impact.
 struct Bouncing<'a> {
     body: &'a BodyState,
@@ -140,27 +154,22 @@ impl Bouncing<'_> {
     /// Way and velocity of the centre of mass for this change of state, which turns the body by `turn`, with the contact on the ground and the
     /// speed `u` at which it takes off.
     fn center(&self, change: &Change, u: f64, turn: &Turn) -> [Vector2<f64>; 2] {
-        let (p, frozen) = (&self.body.points[self.i], self.body.frozen);
-        let (b, c) = if frozen { (p.b, p.c) } else { p.turned(turn) };
+        let p = &self.body.points[self.i];
+        let (b, c) = p.turned(turn);
         let omega = self.body.spin.omega + change[4];
         let along = match self.grip {
             Grip::Sticks => (c - p.radius) * omega,
             Grip::Slides(_) => p.tangent.dot(&self.body.center.v) + change[3],
         };
         [
-            p.tangent * change[1] - p.normal * self.lift(p, change, turn),
+            p.tangent * change[1] - p.normal * lift(p, turn),
             p.tangent * along + p.normal * (u - b * omega),
         ]
     }
 
-    /// Change of the gap of a point by this rotation.
-    fn lift(&self, p: &ContactState, change: &Change, turn: &Turn) -> f64 {
-        if self.body.frozen { p.b * change[2] } else { p.b * turn.sin - p.c * turn.one_minus_cos }
-    }
-
     /// The body after this change of state.
     fn moved(&self, change: &Change, u: f64) -> BodyState {
-        let (mut after, frozen) = (self.body.clone(), self.body.frozen);
+        let mut after = self.body.clone();
         let turn = Turn::by(change[2]);
         let [way, v] = self.center(change, u, &turn);
         (after.center.r, after.center.v) = (after.center.r + way, v);
@@ -169,20 +178,15 @@ impl Bouncing<'_> {
         for p in &mut after.points {
             let arm = p.arm();
             let side = Vector2::new(-arm.y, arm.x);
-            let turned = match frozen {
-                true => side * change[2],
-                false => side * turn.sin - arm * turn.one_minus_cos,
-            };
-            p.h += p.normal.dot(&way) + self.lift(p, change, &turn);
+            let turned = side * turn.sin - arm * turn.one_minus_cos;
+            p.h += p.normal.dot(&way) + lift(p, &turn);
             for (k, side) in p.place.sides.iter_mut().enumerate() {
                 let axis = p.place.across[k] * if k == 0 { 1.0 } else { -1.0 };
                 if *side < f64::INFINITY {
                     *side = (*side + axis.dot(&(way + turned))).max(0.0);
                 }
             }
-            if !frozen {
-                (p.b, p.c) = p.turned(&turn);
-            }
+            (p.b, p.c) = p.turned(&turn);
             p.u = p.normal.dot(&v) + p.b * after.spin.omega;
         }
         (after.points[self.i].h, after.points[self.i].u) = (0.0, u);
@@ -193,15 +197,14 @@ impl Bouncing<'_> {
     fn bounce(&self, from: &Change, u: f64, ratio: f64) -> Option<(Change, f64)> {
         let (p, rho2) = (&self.body.points[self.i], self.body.rho2);
         let (g, along) = (self.body.pull(self.i), p.tangent.dot(&self.body.fall));
-        let frozen = self.body.frozen;
-        let [b, c] = if frozen { [p.b, p.c] } else { p.turned(&Turn::by(from[2])).into() };
+        let [b, c] = p.turned(&Turn::by(from[2])).into();
         let omega = self.body.spin.omega + from[4];
         let v = match self.grip {
             Grip::Sticks => (c - p.radius) * omega,
             Grip::Slides(_) => p.tangent.dot(&self.body.center.v) + from[3],
         };
         // The landing speed is u − d.
-        let (dt, turn, d) = if frozen || omega == 0.0 {
+        let (dt, turn, d) = if omega == 0.0 {
             (parabola_touchdown(0.0, u, g), Turn::default(), 0.0)
         } else {
             let end = GapArc { h: 0.0, u, g, b, c, omega }.find_touchdown()?;
@@ -221,7 +224,7 @@ impl Bouncing<'_> {
         let c = c - p.radius; // of the touching point
         let w = Matrix { nn: 1.0 + b * b / rho2, nt: -b * c / rho2, tt: 1.0 + c * c / rho2 };
         let [t, n] = friction::impulse(self.law, &w, [slip, -landing], &self.material)?;
-        if self.grip != Grip::of([t, n], self.material.friction) {
+        if !self.grip.goes_on(&w, slip, [t, n], self.material.friction) {
             return None;
         }
         let gain =
@@ -358,9 +361,9 @@ impl Bouncing<'_> {
         let gap = |j: usize, change: &Change, u: f64| {
             let (q, turn) = (&body.points[j], Turn::by(change[2]));
             let [way, v] = self.center(change, u, &turn);
-            let b = if body.frozen { q.b } else { q.turned(&turn).0 };
+            let (b, _) = q.turned(&turn);
             let omega = body.spin.omega + change[4];
-            (q.h + q.normal.dot(&way) + self.lift(q, change, &turn), q.normal.dot(&v) + b * omega)
+            (q.h + q.normal.dot(&way) + lift(q, &turn), q.normal.dot(&v) + b * omega)
         };
         let weakest = body.pull(self.i) - p.arm().norm() * omega * omega;
         // During a bounce a point leaves the curve through its states after impacts by no more than this time allows.
@@ -474,7 +477,7 @@ impl Driver<'_> {
         if !(bouncing.may_be_alone(duration) && duration <= self.log.left()) {
             return Err(Retry::Later);
         }
-        let turn = if body.frozen { 0.0 } else { body.spin.omega.abs() * duration };
+        let turn = body.spin.omega.abs() * duration;
         if turn > MOST_TURN {
             return Err(Retry::Smaller(turn / MOST_TURN));
         }
@@ -576,23 +579,18 @@ impl Driver<'_> {
         }
         let (slip, pulled) = (state.slip(i), space.b()[2 * i]);
         let still = slip.abs() <= STILL * self.fastest;
-        let sticks = impulse[0].abs() < (1.0 - STILL) * material.friction * impulse[1];
-        if sticks && !(still && material.tangential_restitution == 0.0) {
+        let grip = Grip::of(impulse, material.friction);
+        let sticks = grip == Grip::Sticks;
+        if sticks && !still {
             return None;
         }
         // The next impact: a contact that sticks lands with the sliding speed of one flight.
-        let next = if sticks { 2.0 * pulled * u / g } else { slip + 2.0 * pulled * u / g };
+        let next = if sticks { 0.0 } else { slip } + 2.0 * pulled * u / g;
         let w = state.impact_matrix(i);
         let [p_t, p_n] = friction::impulse(law, &w, [next, -u], &material)?;
-        let returned = w.nt * p_t + w.nn * p_n - u;
-        let r = returned / u;
-        let sticks_again = p_t.abs() < (1.0 - STILL) * material.friction * p_n;
-        let slides_on = !sticks && !sticks_again && p_t * impulse[0] >= 0.0;
-        if !(r > 0.0 && r < 1.0) || !(sticks && sticks_again || slides_on) {
+        let r = (w.nt * p_t + w.nn * p_n - u) / u;
+        if !(r > 0.0 && r < 1.0 && grip.goes_on(&w, next, [p_t, p_n], material.friction)) {
             return None;
-        }
-        if !sticks && material.friction > 0.0 && matches!(law, Impact::ChatterjeeRuina) {
-            return None; // the impulse of a slide is not in proportion to the landing speed alone
         }
         let t = 2.0 * u / (g * (1.0 - r));
         if !(t <= self.log.left()) {
@@ -637,8 +635,7 @@ impl Driver<'_> {
         };
         let word: ContactLetters<Mode> = (0..state.points.len()).map(mode).collect();
         end.hold(&word);
-        if !sticks && material.friction > 0.0 {
-            let way = -impulse[0].signum();
+        if let Grip::Slides(way) = grip {
             let turns = |slip: f64| slip * way < -STILL * self.fastest;
             if turns(slip) || turns(end.slip(i)) {
                 return None;

@@ -25,7 +25,7 @@ use crate::modes::{Jamming, Mode};
 use crate::motion::bounces::Bounces;
 use crate::motion::ground::Ground;
 use crate::motion::ground_watch::GroundWatch;
-use crate::motion::moving::Moving;
+use crate::motion::moving::{Moving, REFRESH};
 use crate::motion::nested::{Lap, NestedSequence};
 use crate::motion::plain::{is_plain, next_landing};
 use crate::motion::record::{Moment, Motion, Record, Span, Tail};
@@ -112,7 +112,7 @@ impl<'a> Driver<'a> {
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
-        let plain = !state.frozen && is_plain(posture, options);
+        let plain = is_plain(posture, options);
         let ground = Ground::new(posture, &state, plain);
         let mut run =
             Self::new(Moving::Turning(Box::new(state)), subject, options, warnings, cancel);
@@ -145,7 +145,7 @@ impl<'a> Driver<'a> {
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
-        let local = state.is_local();
+        let local = state.turning().is_none();
         Self {
             log: Log::new(options, state.count(), cancel),
             resting: ContactValues::from_elem(false, state.count()),
@@ -159,7 +159,7 @@ impl<'a> Driver<'a> {
             friction_warned: false,
             last: LastImpacts::default(),
             watch: GroundWatch::new(subject.posture(), options.edges == Edges::Contact && !local),
-            edges: EdgeWatch::new(subject.posture(), options, local),
+            edges: EdgeWatch::new(subject.posture(), options),
             record: Box::new(Record::new(subject, warnings)),
             options: *options,
             state,
@@ -264,7 +264,7 @@ impl<'a> Driver<'a> {
         // At a time limit it has left if all of it is beyond one end and does not come back.
         let gone = |posture: &Posture, left: f64, right: f64| {
             let (points, speed) =
-                (posture.points(&end.state.q, self.state.is_local()), end.state.qdot[0]);
+                (posture.points(&end.state.q, self.state.turning().is_none()), end.state.qdot[0]);
             end.sides.is_empty()
                 && (speed >= 0.0 && points.iter().all(|[x, _]| *x > right)
                     || speed <= 0.0 && points.iter().all(|[x, _]| *x < left))
@@ -296,7 +296,7 @@ impl<'a> Driver<'a> {
 
     /// Checks the ground at this state of the body.
     pub(super) fn watch_moment(&mut self, now: &Moment) {
-        let local = self.state.is_local();
+        let local = self.state.turning().is_none();
         let Self { watch, record, options, .. } = self;
         let Record { subject, warnings, .. } = &mut **record;
         let Some(posture) = subject.posture().filter(|_| watch.is_on()) else { return };
@@ -419,8 +419,8 @@ impl<'a> Driver<'a> {
             (Moving::Frozen(rows), _) => Moment {
                 clock,
                 state: subject.state(rows),
-                gaps: rows.points.iter().map(|p| p.h + 0.0).collect(),
-                rates: rows.points.iter().map(|p| p.u + 0.0).collect(),
+                gaps: subject.per_contact(|i| rows.points[i].h + 0.0).collect(),
+                rates: subject.per_contact(|i| rows.points[i].u + 0.0).collect(),
                 sides: PerContact::new(),
                 mechanism: subject.mechanism().map(|_| rows.clone()),
             },
@@ -533,11 +533,17 @@ impl<'a> Driver<'a> {
         }
         **rows = rows.flown(first);
         self.log.clock = self.log.clock.after(first);
+        if self.log.hits.is_multiple_of(REFRESH) {
+            let place = self.place;
+            rows.reconcile(place);
+        }
+        rows.follow_outer();
         for (p, t) in rows.points.iter_mut().zip(&times) {
             if *t == first {
                 (p.h, p.u) = (0.0, p.u.min(0.0));
             }
         }
+        rows.follow_outer();
         None
     }
 
@@ -618,7 +624,7 @@ impl<'a> Driver<'a> {
         let Record { spans, warnings, .. } = &mut **record;
         let end = phase.run(log, edges, &mut |body, word, clock, cause| {
             cycles.hold(word, clock);
-            watch.look_at(&posture, body, body.frozen, || options.clock(clock), warnings);
+            watch.look_at(&posture, body, || options.clock(clock), warnings);
             if recorded {
                 let start = Moving::Turning(Box::new(body.clone()));
                 let motion = Motion::Modes { start, word: word.into(), acceleration: None };

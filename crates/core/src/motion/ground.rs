@@ -8,7 +8,7 @@ use crate::math::mass_vector::Coordinates;
 use crate::modes::Mode;
 use crate::motion::driver::Driver;
 use crate::motion::lines::{Line, lines_of};
-use crate::motion::moving::Moving;
+use crate::motion::moving::{Moving, REFRESH};
 use crate::motion::record::{Motion, Record};
 use crate::motion::slow::InstantImpacts;
 use crate::options::Options;
@@ -16,9 +16,6 @@ use crate::outcome::{Cause, Outcome};
 use crate::sustained::edges::{EdgeWatch, Path};
 use crate::sustained::{BodyState, ContactState, still_speed};
 use crate::tolerance::DEPARTED;
-
-/// Impacts between two computations of b, c from θ, and of dependent gaps and rates from independent ones.
-const REFRESH: usize = 32;
 
 /// The ground of a body.
 pub(crate) struct Ground {
@@ -155,7 +152,7 @@ impl OnGround<'_, '_> {
         self.leave_vertices();
         let n = self.state.points.len();
         self.resting.fill(false);
-        let lost = self.is_lost();
+        let lost = self.log.left() > 0.0 && self.is_lost();
         if lost {
             // No contact has ground to meet any more, whichever piece it was over.
             self.state.points.iter_mut().for_each(|p| (p.h, p.depth) = (f64::INFINITY, 0.0));
@@ -201,7 +198,7 @@ impl OnGround<'_, '_> {
             self.log.clock = self.log.clock.after(left.max(0.0));
             return Some(Outcome::TimeLimit);
         }
-        if !self.state.frozen && self.loses_place(t, fall(t)) {
+        if self.loses_place(t, fall(t)) {
             self.log.phase_lost = true;
             return Some(Outcome::EventLimit);
         }
@@ -240,24 +237,18 @@ impl OnGround<'_, '_> {
 
     /// Corrects accumulated rounding errors: computes b, c from θ, and makes gaps and rates consistent with one rigid body.
     fn refresh(&mut self) {
-        if !self.state.frozen {
-            let theta = self.state.spin.theta;
-            let count = self.ground.posture.contacts().len();
-            let own = |p: &&mut ContactState| p.place.contact < count;
-            for p in self.state.points.iter_mut().filter(own) {
-                (p.b, p.c) = self.ground.posture.on_nearest(&p.place).refreshed(theta, p.b, p.c);
-            }
+        let theta = self.state.spin.theta;
+        let count = self.ground.posture.contacts().len();
+        let own = |p: &&mut ContactState| p.place.contact < count;
+        for p in self.state.points.iter_mut().filter(own) {
+            (p.b, p.c) = self.ground.posture.on_nearest(&p.place).refreshed(theta, p.b, p.c);
         }
         self.state.reconcile(self.ground.posture.size());
     }
 
-    /// Returns true if the body has fallen below all of its terrain, so that it meets nothing any more. In the local model a contact moves
-    /// away from the centre of mass without bound.
+    /// Returns true if the body has fallen below all of its terrain, so that it meets nothing any more.
     fn is_lost(&self) -> bool {
-        let BodyState { center, fall, frozen, .. } = &self.state;
-        if *frozen {
-            return false;
-        }
+        let BodyState { center, fall, .. } = &self.state;
         let rise = match (center.v.y.max(0.0), fall.y) {
             (0.0, ..=0.0) => 0.0,
             (up, ..0.0) => -0.5 * up * up / fall.y,

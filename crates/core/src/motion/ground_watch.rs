@@ -176,13 +176,12 @@ impl GroundWatch {
         &mut self,
         posture: &Posture,
         body: &BodyState,
-        local: bool,
         time: impl Fn() -> f64,
         warnings: &mut Vec<String>,
     ) {
         if self.is_on() {
             let touches = |i: usize| body.points[posture.point_of(i)].h == 0.0;
-            self.look(posture, &body.state().q, local, touches, time, warnings);
+            self.look(posture, &body.state().q, false, touches, time, warnings);
         }
     }
 }

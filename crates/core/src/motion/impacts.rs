@@ -103,20 +103,16 @@ impl Driver<'_> {
                 false => ground.arriving(coming),
             };
         }
-        let mut all = ContactValues::from_slice(coming);
         if let Moving::Frozen(rows) = &mut self.state
             && !self.sequence.goes_on(self.log.clock)
         {
-            for j in 0..rows.points.len() {
-                let together = coming.iter().any(|&i| rows.lands_with(j, &rows.points[i]));
-                if rows.points[j].h > 0.0 && together {
-                    rows.points[j].h = 0.0;
-                    all.push(j);
-                }
-            }
-            all.sort_unstable();
+            rows.land_with(coming);
         }
-        all
+        let approaches = |&i: &usize| {
+            let (h, u) = self.state.point(i);
+            h == 0.0 && u < 0.0
+        };
+        (0..self.state.count()).filter(approaches).collect()
     }
 
     /// The impacts whose recorded time is `end` (s since the start), which the run has reached. The difference of the time of a kick and
@@ -133,6 +129,9 @@ impl Driver<'_> {
                 if h > 0.0 && u < 0.0 && due() {
                     self.state.set_point(i, (0.0, u));
                 }
+            }
+            if let Moving::Frozen(rows) = &mut self.state {
+                rows.land_with(&[]);
             }
         }
         loop {

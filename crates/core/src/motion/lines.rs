@@ -3,15 +3,13 @@
 //! ```text
 //! p_j = w p_i + (1 − w) p_k,  0 < w < 1    ⇒    h_j = w h_i + (1 − w) h_k
 //! ```
-//!
-//! So contact j, between i and k, touches the ground only where both others do. Computed by itself, its gap could reach zero before, by its
-//! rounding error.
 
 use nalgebra::Vector2;
 
 use crate::body::posture::Posture;
 use crate::motion::ground::OnGround;
-use crate::sustained::{ContactState, Rounding};
+use crate::sustained::ContactState;
+use crate::sustained::rows::Between;
 use crate::tolerance::ON_A_LINE;
 
 /// The points on a straight line of the body, in order along it: at least three. Each with its place on the line, in m.
@@ -48,8 +46,8 @@ pub(super) fn lines_of(posture: &Posture) -> Vec<Line> {
 }
 
 impl OnGround<'_, '_> {
-    /// For a contact between two others over its piece of ground: the outermost ones, and the weight of the first.
-    fn outer(&self, j: usize) -> Option<([usize; 2], f64)> {
+    /// The outermost contacts over the piece of ground of a contact that is between two others there.
+    fn outer(&self, j: usize) -> Option<Between> {
         let points = &self.state.points;
         let alike = |k: usize| {
             let (one, other) = (&points[j], &points[k]);
@@ -63,7 +61,7 @@ impl OnGround<'_, '_> {
             let at = line.iter().position(|(k, _)| *k == j)?;
             let (i, from) = *line[..at].iter().find(|(k, _)| alike(*k))?;
             let (k, to) = *line[at + 1..].iter().rfind(|(k, _)| alike(*k))?;
-            Some(([i, k], (to - line[at].1) / (to - from)))
+            Some(Between { outer: [i, k], weight: (to - line[at].1) / (to - from) })
         })
     }
 
@@ -80,7 +78,7 @@ impl OnGround<'_, '_> {
         for j in 0..self.ground.contacts {
             let points = &self.state.points;
             let closed = |outer: [usize; 2]| outer.into_iter().all(|k| points[k].h == 0.0);
-            if self.outer(j).is_some_and(|(outer, _)| closed(outer)) {
+            if self.outer(j).is_some_and(|between| closed(between.outer)) {
                 self.state.points[j].h = 0.0;
             }
         }
@@ -92,16 +90,11 @@ impl OnGround<'_, '_> {
             return;
         }
         for j in 0..self.ground.contacts {
-            let Some(([i, k], weight)) = self.outer(j) else { continue };
+            let Some(between) = self.outer(j) else { continue };
             let points = &mut self.state.points;
-            let (one, other) = (points[i], points[k]);
-            let mean = |a: f64, b: f64| weight * a + (1.0 - weight) * b;
+            let of = between.outer.map(|k| (points[k].h, points[k].u, points[k].rounding));
             let p = &mut points[j];
-            (p.h, p.u) = (mean(one.h, other.h), mean(one.u, other.u));
-            p.rounding = Rounding {
-                gap: mean(one.rounding.gap, other.rounding.gap),
-                rate: mean(one.rounding.rate, other.rounding.rate),
-            };
+            (p.h, p.u, p.rounding) = between.mean(of);
         }
     }
 }

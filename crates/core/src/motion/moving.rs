@@ -11,6 +11,9 @@ use crate::sustained::frozen::Frozen;
 use crate::sustained::{BodyState, Rounding};
 use crate::zeno::Gaps;
 
+/// Impacts between two corrections of rounding errors: of b and c of a body from θ, and of dependent gaps and rates from independent ones.
+pub(super) const REFRESH: usize = 32;
+
 /// The state of a motion. Changes of velocity and of place are (x, y, θ) of a body that turns, and vectors of the contact space for constant
 /// rows.
 #[derive(Debug, Clone)]
@@ -28,11 +31,6 @@ fn vector(v: &Coordinates) -> Vector3<f64> {
 }
 
 impl Moving {
-    /// Returns true if the geometry is that of the nominal posture.
-    pub(crate) fn is_local(&self) -> bool {
-        self.turning().is_none_or(|body| body.frozen)
-    }
-
     pub(crate) fn turning(&self) -> Option<&BodyState> {
         match self {
             Self::Turning(body) => Some(body),
@@ -102,14 +100,14 @@ impl Moving {
     pub(crate) fn contact(&self, i: usize) -> usize {
         match self {
             Self::Turning(body) => body.points[i].place.contact,
-            Self::Frozen(_) => i,
+            Self::Frozen(rows) => rows.rows.contacts[i],
         }
     }
 
     pub(crate) fn place(&self, i: usize) -> Place {
         match self {
             Self::Turning(body) => body.points[i].place,
-            Self::Frozen(_) => Place::anywhere(i),
+            Self::Frozen(_) => Place::anywhere(self.contact(i)),
         }
     }
 
@@ -247,26 +245,19 @@ impl Moving {
         }
     }
 
-    /// The component along the ground of a velocity or a displacement that keeps all contacts on the ground. In constant geometry the other
+    /// The component along the ground of a velocity or a displacement that keeps all contacts on the ground. Over constant rows the other
     /// component is rounding error.
     pub(crate) fn along(&self, change: Coordinates) -> Coordinates {
-        if !self.is_local() {
-            return change;
-        }
-        let mut moved = self.moving(&change);
-        match &mut moved {
-            Self::Turning(body) => body.close(&vec![true; body.points.len()]),
-            Self::Frozen(rows) => {
-                rows.project(&ContactLetters::from_elem(Mode::Right, rows.points.len()));
-            }
-        }
-        moved.velocity()
+        let Self::Frozen(rows) = self else { return change };
+        let mut moved = Frozen { v: change, ..Frozen::clone(rows) };
+        moved.project(&ContactLetters::from_elem(Mode::Right, rows.points.len()));
+        moved.v
     }
 
     /// How much cycles change within the time `t` because the geometry turns: a relative change. `before`: the velocity one cycle before;
     /// `longer`: by how much the last cycle was longer than the ratio of cycles makes it, relative.
     pub(crate) fn turned(&self, before: &Coordinates, t: f64, longer: f64) -> f64 {
-        self.turning().filter(|body| !body.frozen).map_or(0.0, |body| {
+        self.turning().map_or(0.0, |body| {
             let angle = body.spin.omega.abs().max(vector(before).z.abs()) * t;
             (angle * angle).max(longer)
         })

@@ -258,7 +258,7 @@ impl CycleSum {
                 end.points[i].place.sides[side] = (now + way).max(0.0);
             }
         }
-        let onward = Turn::by(if end.frozen { 0.0 } else { way.z });
+        let onward = Turn::by(way.z);
         for p in &mut end.points {
             (p.h, p.u) = (0.0, 0.0);
             (p.b, p.c) = p.turned(&onward);
@@ -350,7 +350,7 @@ impl Driver<'_> {
         let (one, two) = (&body.points[b], &body.points[1 - b]);
         let free = |p: &ContactState| p.friction == 0.0 && p.place.sides == [f64::INFINITY; 2];
         let parallel = one.normal == two.normal && one.b != two.b;
-        if !(self.cycles.is_long(b) && !body.frozen && free(one) && free(two) && parallel) {
+        if !(self.cycles.is_long(b) && free(one) && free(two) && parallel) {
             return None;
         }
         let (first, places) = (-one.u, places());
@@ -443,9 +443,9 @@ mod tests {
         };
         let points = PerContact::from([point(0, -1.0, 0.0), point(1, 1.0, -speed)]);
         let center = Center { r: Vector2::new(x, 0.0), v: Vector2::new(v, 0.0) };
-        let (spin, rho2, gravity, frozen) = (Spin::default(), 0.25, 1.0, false);
+        let (spin, rho2, gravity) = (Spin::default(), 0.25, 1.0);
         let fall = Vector2::new(0.0, -gravity);
-        BodyState { points, sides: Vec::new(), center, spin, rho2, fall, gravity, frozen }
+        BodyState { points, sides: Vec::new(), center, spin, rho2, fall, gravity }
     }
 
     /// Three landings, at these speeds and times. Cycle k begins at the speed v_∞ + d rᵏ along the ground and moves the body

@@ -36,7 +36,7 @@ impl Motion {
             (Self::Modes { start: Moving::Turning(body), word, .. }, Some(posture)) => {
                 body.letters(word, posture)
             }
-            (Self::Modes { word, .. }, _) => word.iter().map(|mode| mode.letter()).collect(),
+            (Self::Modes { word, .. }, _) => subject.per_contact(|i| word[i].letter()).collect(),
             (Self::Sum { .. }, _) => "S".repeat(subject.count()),
         }
     }

@@ -7,7 +7,7 @@
 //!
 //! At both instants the gaps of P and of V are zero.
 
-use nalgebra::{Vector2, Vector3};
+use nalgebra::Vector2;
 
 use crate::body::outline::Side;
 use crate::body::terrain::Piece;
@@ -106,7 +106,7 @@ impl OnGround<'_, '_> {
         if self.options.edges == Edges::Ignore {
             return;
         }
-        let q = if self.state.frozen { Vector3::zeros() } else { self.state.state().q };
+        let q = self.state.state().q;
         let touch = TOUCH * self.ground.posture.size();
         for on in self.ground.posture.sides_touched(&q) {
             if let Some(i) = self.add_side(on.corner, on.side) {
@@ -145,7 +145,7 @@ impl OnGround<'_, '_> {
     /// Removes corners of the ground that have come to the line of their side beyond its end, or at its end without approaching the next side:
     /// they pass the corner of the body there. Returns whether there are any.
     pub(super) fn drop_sides_passed(&mut self) -> bool {
-        if !self.state.has_turning_sides() {
+        if self.state.sides.is_empty() {
             return false;
         }
         let before = self.ground.contacts;
@@ -162,7 +162,7 @@ impl OnGround<'_, '_> {
     /// of the two sides that meet at that end.
     fn passes_corner(&self, i: usize) -> bool {
         let (state, posture) = (&self.state, &self.ground.posture);
-        let (Some(on), Some(outline)) = (state.turning_side(i), posture.outline()) else {
+        let (Some(on), Some(outline)) = (state.side_contact(i), posture.outline()) else {
             return false;
         };
         let (size, p) = (posture.size(), &state.points[i]);
@@ -206,7 +206,7 @@ impl OnGround<'_, '_> {
         let center = Vector2::from(self.ground.posture.fields().center_of_mass);
         for i in (0..count).rev() {
             let state = &self.state;
-            let (Some(on), p) = (state.turning_side(i), &state.points[i]) else { continue };
+            let (Some(on), p) = (state.side_contact(i), &state.points[i]) else { continue };
             let (Some(side), slip) = (self.side(on.side), state.slip(i)) else { continue };
             let stands = |end: usize| {
                 let outwards = if end == 0 { slip > 0.0 } else { slip < 0.0 };

@@ -68,7 +68,8 @@ impl MechanismStart {
 }
 
 impl BodyStart {
-    /// The contact-mode problem of the body in its posture with this acceleration of free fall. `ways`: signs of sliding; `None`: separate.
+    /// The contact-mode problem of the body in its posture with this acceleration of free fall. `ways`: signs of sliding of its points; `None`:
+    /// separate.
     pub(crate) fn problem(
         &self,
         fall: &Coordinates,
@@ -83,7 +84,7 @@ impl BodyStart {
             arms: geometry.iter().map(|k| arm(k).into()).collect(),
             tangents: geometry.iter().map(|k| k.tangent.into()).collect(),
             friction: posture.contacts().iter().map(|contact| contact.friction).collect(),
-            sliding: ways.to_vec(),
+            sliding: posture.per_contact(|k| ways[k]).collect(),
             bias: vec![[0.0; 2]; geometry.len()],
             free_acceleration: std::array::from_fn(|_| fall.next().unwrap_or(0.0)),
             ..ProblemFields::default()
@@ -171,6 +172,12 @@ impl Subject {
             Self::Mechanism(start) => start.mechanism.contacts().len(),
             Self::Local(_) => 2,
         }
+    }
+
+    /// The values of all contacts, from those of their points.
+    pub(crate) fn per_contact<T>(&self, of: impl Fn(usize) -> T) -> impl Iterator<Item = T> {
+        let point = |i: usize| self.posture().map_or(i, |posture| posture.point_of(i));
+        (0..self.count()).map(move |i| of(point(i)))
     }
 
     /// Number of points of the subject among these contacts, and of corners of the ground on sides, which come last.

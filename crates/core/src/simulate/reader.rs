@@ -66,11 +66,14 @@ impl<'a> Reader<'a> {
         let Some((state, _)) = self.now(t)? else { return Ok(self.run.record.end.instant()) };
         Ok(match (&state, self.run.posture()) {
             (Moving::Turning(body), Some(posture)) => body.instant(posture),
-            _ => Instant {
-                state: self.run.record.subject.state_of(&state),
-                gaps: state.points().map(|(h, _)| h.unsigned_zero()).collect(),
-                rates: state.points().map(|(_, u)| u.unsigned_zero()).collect(),
-            },
+            _ => {
+                let subject = &self.run.record.subject;
+                let (gaps, rates) = subject
+                    .per_contact(|i| state.point(i))
+                    .map(|(h, u)| (h.unsigned_zero(), u.unsigned_zero()))
+                    .unzip();
+                Instant { state: subject.state_of(&state), gaps, rates }
+            }
         })
     }
 
@@ -227,10 +230,14 @@ impl<'a> Reader<'a> {
         let (body, modes) = match self.moving(k, dt).ok_or_else(|| too_deep(t))? {
             (Moving::Turning(body), modes) => (*body, modes),
             (Moving::Frozen(state), modes) => {
-                let at = self.run.record.subject.state(&state);
+                // The forces are those of the nominal posture.
+                let State { q, qdot } = self.run.record.subject.state(&state);
+                let straight = |v: nalgebra::Vector3<f64>| [v.x, v.y, 0.0];
+                let at = State::new(straight(q), straight(qdot));
+                let subject = &self.run.record.subject;
                 let (gaps, rates): (Vec<f64>, Vec<f64>) =
-                    state.points.iter().map(|p| (p.h, p.u)).unzip();
-                (Start::body_state(posture, &at, &gaps, &rates, true), modes)
+                    subject.per_contact(|i| state.points[i]).map(|p| (p.h, p.u)).unzip();
+                (Start::body_state(posture, &at, &gaps, &rates), modes)
             }
         };
         let mut forces = body.forces(posture, &modes)?;

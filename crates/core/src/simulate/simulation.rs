@@ -84,9 +84,16 @@ impl<'a> Simulation<'a> {
         let Self { posture, start, ref options, excitation, .. } = *self;
         let options = &options.acting(posture.contacts().iter().map(|contact| contact.friction))?;
         solvable(posture, options)?;
+        if options.model == Model::Local && !posture.has_constant_rows() {
+            return Err(Error::Unusable {
+                field: "model".into(),
+                value: "\"local\"".into(),
+                allowed: "\"full\" or \"auto\" for contacts on terrain, on segments and on sides: the local model has straight lines without ends".into(),
+            });
+        }
         start.validate()?;
         if options.edges == Edges::Contact {
-            posture.check_sides(&start.q, options.model == Model::Local)?;
+            posture.check_sides(&start.q)?;
         }
         if !excitation.is_none() {
             excitation.validate(options.time, posture.fields().gravity)?;
@@ -105,6 +112,7 @@ impl<'a> Simulation<'a> {
     fn choose(&self) -> (Model, ModelReason) {
         match self.options.model {
             Model::Auto if !self.excitation.is_none() => (Model::Full, ModelReason::Excited),
+            Model::Auto if !self.posture.has_constant_rows() => (Model::Full, ModelReason::Ground),
             Model::Auto if never_turns(self.posture, &self.start) => {
                 (Model::Local, ModelReason::Exact)
             }

@@ -13,7 +13,6 @@ use crate::error::{Error, in_range};
 use crate::math::mass_vector::Coordinates;
 use crate::math::turn::Turn;
 use crate::motion::Driver;
-use crate::motion::plain::is_plain;
 use crate::motion::subject::Subject;
 use crate::options::{Model, Options};
 use crate::outcome::ContactSet;
@@ -26,18 +25,13 @@ use crate::tolerance::{PHASE_LOST, TOUCH};
 /// contain ω⁴, which must not overflow.
 const FASTEST_SPIN: f64 = 1e70;
 
-/// Returns true if the body never turns, so that the local model is exact. The body is upright and does not spin. Normal forces do not turn
+/// Returns true if the body, on straight ground, never turns, so that the local model is exact. The body is upright and does not spin. Normal forces do not turn
 /// it, because all arms have b_i = 0. Friction does not turn it, because there is none, or it has no arm, or the body falls straight down on
 /// level ground and no contact slides.
 pub(super) fn never_turns(posture: &Posture, start: &State) -> bool {
     let every = |holds: &dyn Fn(&ContactGeometry, f64) -> bool| {
-        posture.contacts().iter().enumerate().all(|(i, contact)| match posture.ground(i) {
-            Some(ground) => ground
-                .pieces
-                .iter()
-                .all(|piece| holds(&posture.on_piece(i, piece), contact.friction)),
-            None => holds(&posture.geometry()[i], contact.friction),
-        })
+        let mut all = posture.geometry().iter().zip(posture.contacts());
+        all.all(|(k, contact)| holds(k, contact.friction))
     };
     start.q.z == 0.0
         && start.qdot.z == 0.0
@@ -78,7 +72,7 @@ impl Start {
             .geometry()
             .len())
             .map(|i| {
-                let under = posture.under_moving(i, state, local);
+                let under = posture.under_moving(i, state);
                 let k = &under.geometry;
                 let (mut gap, mut rate) = if local {
                     (k.local_gap(&state.q), k.local_rate(&state.qdot))
@@ -91,7 +85,7 @@ impl Start {
                     (gap, rate) = (0.0, 0.0);
                 }
                 let gap = if under.exists { gap } else { f64::INFINITY };
-                (posture.signed_gap(i, &state.q, local, gap), rate)
+                (posture.signed_gap(i, &state.q, gap), rate)
             })
             .unzip();
         let warnings = touch(&mut heights, TOUCH * posture.size())?;
@@ -108,7 +102,7 @@ impl Start {
         ContactSet::of_gaps(&self.heights)
     }
 
-    /// The driver of the motion: in the local model of one or two contacts without friction in impacts, with constant rows.
+    /// The driver of the motion: in the local model with constant rows.
     pub(super) fn driver<'c>(
         self,
         posture: &Posture,
@@ -116,12 +110,12 @@ impl Start {
         options: &Options,
         cancel: &'c dyn Fn() -> bool,
     ) -> Driver<'c> {
-        if self.model == Model::Local && is_plain(posture, options) {
+        if self.model == Model::Local {
             return self.frozen_driver(posture, state, options, cancel);
         }
-        let Self { model, heights, rates, warnings } = self;
+        let Self { heights, rates, warnings, .. } = self;
         let subject = Subject::of_body(posture, state);
-        let start = Self::body_state(posture, state, &heights, &rates, model == Model::Local);
+        let start = Self::body_state(posture, state, &heights, &rates);
         Driver::of_body(posture, start, subject, options, warnings, cancel)
     }
 
@@ -131,20 +125,17 @@ impl Start {
         state: &State,
         heights: &[f64],
         rates: &[f64],
-        local: bool,
     ) -> BodyState {
-        let theta = if local { 0.0 } else { state.q.z };
-        let turn = Turn::by(theta);
+        let turn = Turn::by(state.q.z);
         let points = posture.distinct().map(|i| {
-            let under = posture.under_moving(i, state, local);
+            let under = posture.under_moving(i, state);
             let ContactGeometry { tangent, normal, .. } = under.geometry;
             let (b, c) = under.geometry.turned(&turn);
             let contact = posture.contacts()[i];
             let restitution = [under.geometry.restitution, contact.tangential_restitution];
             let (mut place, h, u) = (under.place, heights[i], rates[i]);
             if (h, u) == (0.0, 0.0) {
-                let [known, _] =
-                    under.geometry.roundings(&state.q, &state.qdot, (!local).then_some(&turn));
+                let [known, _] = under.geometry.roundings(&state.q, &state.qdot, Some(&turn));
                 let known = known + f64::EPSILON * posture.contacts()[i].point[0].abs();
                 place.sides = place.sides.map(|side| if side <= known { 0.0 } else { side });
             }
@@ -177,7 +168,6 @@ impl Start {
             rho2: posture.gyration_squared(),
             fall: Vector2::new(0.0, -posture.fields().gravity),
             gravity: posture.fields().gravity,
-            frozen: local,
         };
         for i in 0..start.points.len() {
             if start.points[i].h > 0.0 {
@@ -197,11 +187,12 @@ impl Start {
         let Self { heights, rates, warnings, .. } = self;
         let (v, rho) = (state.qdot, posture.gyration_squared().sqrt());
         let (far, fast) = (state.q.xy().norm() + posture.size(), v.xy().norm());
-        let point = |((k, h), u): ((&ContactGeometry, f64), f64)| {
+        let point = |i: usize| {
+            let (k, h, u) = (&posture.geometry()[i], heights[i], rates[i]);
             let rounding = Rounding::new(far + k.b.abs() + k.c.abs(), fast + (k.b * v.z).abs());
             GapState { h, u, rounding }
         };
-        let points = posture.geometry().iter().zip(heights).zip(rates).map(point).collect();
+        let points = posture.distinct().map(point).collect();
         let y = Coordinates::from_iter([state.q.x, state.q.y, rho * state.q.z]);
         let v = Coordinates::from_iter([v.x, v.y, rho * v.z]);
         let (rows, spin) = (Arc::new(Rows::of_posture(posture)), Spin::default());

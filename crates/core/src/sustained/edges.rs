@@ -30,7 +30,7 @@ pub(crate) struct EdgeWatch {
     /// The convex corners of the ground and its ends, world axes, in m; a concave corner cannot enter before another one has. Without
     /// contacts, those that have not entered the body.
     corners: Vec<Vector2<f64>>,
-    /// Whether a corner that meets a side becomes a contact. In the local model only those are contacts that touch in the nominal posture.
+    /// Whether a corner that meets a side becomes a contact.
     touches: bool,
     /// The ends of the terrains of discs that no disc has met, with the contact of each.
     ends: Vec<(usize, Vector2<f64>)>,
@@ -86,7 +86,7 @@ fn error(hull: &[Vector2<f64>; 4], middle: &Vector2<f64>) -> f64 {
 
 impl EdgeWatch {
     /// A new watch; most postures need none.
-    pub(crate) fn new(posture: Option<&Posture>, options: &Options, local: bool) -> Self {
+    pub(crate) fn new(posture: Option<&Posture>, options: &Options) -> Self {
         let corners = posture.map_or(&[][..], Posture::ground_corners).to_vec();
         let of = |(posture, i): (&Posture, usize)| {
             let ground = posture.ground(i).filter(|ground| ground.is_polyline);
@@ -96,7 +96,7 @@ impl EdgeWatch {
         let discs = posture.into_iter().filter(|posture| posture.has_rounds());
         let discs = discs.flat_map(|posture| posture.distinct().map(move |i| (posture, i)));
         let ends = discs.filter_map(of).flatten().collect();
-        Self { corners, touches: options.edges == Edges::Contact && !local, ends }
+        Self { corners, touches: options.edges == Edges::Contact, ends }
     }
 
     /// Returns true if no corner meets this body if it moves so far at most: the way of a point of the body with this arm (m), in m.
@@ -213,7 +213,7 @@ impl Entry {
         };
         format!(
             "edge-contact: at t = {t:?} s the corner of the ground at ({:?}, {:?}) m {what}, and passes through it: with edges = \"ignore\" \
-             no corner of the ground is a contact, in the local model only those that touch a side in the nominal posture",
+             no corner of the ground is a contact",
             corner.x, corner.y,
         )
     }

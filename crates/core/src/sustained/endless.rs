@@ -13,7 +13,7 @@ impl BodyState {
     fn only(&self, word: &[Mode]) -> Option<usize> {
         let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
         let i = closed.next()?;
-        let alone = closed.next().is_none() && !self.frozen;
+        let alone = closed.next().is_none();
         (alone && self.points.iter().all(|p| p.normal == self.points[i].normal)).then_some(i)
     }
 
@@ -101,9 +101,6 @@ impl ClosedMotion {
             self.turned = [self.turned[1], self.turned[2], theta];
         }
         self.omega = omega;
-        if body.frozen {
-            return false;
-        }
         let clear = body.slides_clear(word);
         let around = (theta - self.theta).abs() > std::f64::consts::TAU;
         let [first, other, last] = self.turned;

@@ -19,7 +19,7 @@ impl BodyState {
     /// q̇⁺ = q̇ + M⁻¹(J, a × J). `arm`: of its point in the nominal posture; `mass`: in kg.
     pub(crate) fn kick(&mut self, kick: &Kick, arm: Vector2<f64>, mass: f64) {
         let impulse = Vector2::from(kick.impulse) / mass;
-        let (sin, cos) = if self.frozen { (0.0, 1.0) } else { libm::sincos(self.spin.theta) };
+        let (sin, cos) = libm::sincos(self.spin.theta);
         let arm = Vector2::new(arm.x * cos - arm.y * sin, arm.x * sin + arm.y * cos);
         let spin = arm.perp(&impulse) / self.rho2;
         self.center.v += impulse;

@@ -52,11 +52,7 @@ impl BodyState {
     /// World position of point `i`, in m.
     pub(crate) fn position(&self, i: usize, posture: &Posture) -> Vector2<f64> {
         let arm = self.points[i].arm();
-        let turn = if self.frozen { self.spin.theta } else { 0.0 };
-        Vector2::from(posture.fields().center_of_mass)
-            + self.center.r
-            + arm
-            + Vector2::new(-arm.y, arm.x) * turn
+        Vector2::from(posture.fields().center_of_mass) + self.center.r + arm
     }
 
     /// The gap of point `i` to the line of a piece, as an arc.
@@ -69,7 +65,7 @@ impl BodyState {
             g: -self.fall.dot(&piece.normal),
             b,
             c,
-            omega: if self.frozen { 0.0 } else { spin },
+            omega: spin,
         }
     }
 

@@ -70,7 +70,7 @@ impl BodyState {
     /// Distance of a point from the separating line at the start (0) or the end (1) of its piece of terrain, as an arc.
     pub(crate) fn side(&self, i: usize, side: usize) -> GapArc {
         let (p, spin) = (&self.points[i], self.spin.omega);
-        if self.turning_side(i).is_some() {
+        if self.side_contact(i).is_some() {
             // Only its distance and rate: ḃ = −v_t.
             let way = self.slip(i) * if side == 0 { -1.0 } else { 1.0 };
             return GapArc { h: p.place.sides[side], u: way, g: 0.0, b: 0.0, c: 0.0, omega: 0.0 };
@@ -79,8 +79,7 @@ impl BodyState {
         let arm = p.arm();
         let lever = axis.dot(&Vector2::new(-arm.y, arm.x));
         let u = axis.dot(&self.center.v) + lever * spin;
-        let (b, c, omega) =
-            if self.frozen { (0.0, 0.0, 0.0) } else { (lever, axis.dot(&arm), spin) };
+        let (b, c, omega) = (lever, axis.dot(&arm), spin);
         GapArc { h: p.place.sides[side], u, g: -self.fall.dot(&axis), b, c, omega }
     }
 
@@ -89,7 +88,7 @@ impl BodyState {
     #[inline]
     pub(crate) fn crossing(&self, i: usize, limit: f64) -> Option<(f64, usize)> {
         // A corner of the ground that passes the end of a side is left alone there: it no longer lands on this side.
-        if self.points[i].place.sides == [f64::INFINITY; 2] || self.turning_side(i).is_some() {
+        if self.points[i].place.sides == [f64::INFINITY; 2] || self.side_contact(i).is_some() {
             return None;
         }
         self.crossing_of_ends(i, limit)
@@ -138,8 +137,7 @@ impl BodyState {
 
     pub(crate) fn arc(&self, i: usize) -> GapArc {
         let p = &self.points[i];
-        let omega = if self.frozen { 0.0 } else { self.spin.omega };
-        GapArc { h: p.h, u: p.u, g: self.pull(i), b: p.b, c: p.c, omega }
+        GapArc { h: p.h, u: p.u, g: self.pull(i), b: p.b, c: p.c, omega: self.spin.omega }
     }
 
     /// Times to the next touchdowns of the contacts in flight. Those that are certainly later than another one may be left out, and those that
@@ -152,7 +150,7 @@ impl BodyState {
         let lowest = own.clone().min_by(|&i, &j| self.points[i].h.total_cmp(&self.points[j].h));
         let mut first = f64::INFINITY;
         for i in lowest.into_iter().chain(own.filter(|&i| Some(i) != lowest)) {
-            if self.turning_side(i).is_some() {
+            if self.side_contact(i).is_some() {
                 found[i] = self.side_touchdown(i, first);
                 first = found[i].map_or(first, |t| first.min(t));
                 continue;
@@ -197,7 +195,7 @@ impl BodyState {
     /// The state after a flight of `dt`.
     pub(crate) fn flown(&self, dt: f64) -> Self {
         let mut after = self.clone();
-        let turn = Turn::by(if self.frozen { 0.0 } else { self.spin.omega * dt });
+        let turn = Turn::by(self.spin.omega * dt);
         for (i, p) in after.points.iter_mut().enumerate() {
             let (arc, was) = (self.arc(i), &self.points[i]);
             let [gap, rate] = arc.terms(dt, &turn);
@@ -208,23 +206,16 @@ impl BodyState {
                 }
             }
             let below = GapArc { h: -was.depth, ..arc };
-            if was.depth > 0.0 && self.frozen {
-                p.depth = (dt * (0.5 * arc.g * dt - arc.u) + was.depth).max(f64::MIN_POSITIVE);
-            } else if was.depth > 0.0 {
+            if was.depth > 0.0 {
                 p.depth = (-below.gap_turned(dt, &turn)).max(f64::MIN_POSITIVE);
             }
-            if self.frozen {
-                p.h = (arc.h + dt * (arc.u - 0.5 * arc.g * dt)).max(0.0);
-                p.u = arc.u - arc.g * dt;
-            } else {
-                p.h = arc.gap_turned(dt, &turn).max(0.0);
-                p.u = arc.rate_turned(dt, &turn);
-                (p.b, p.c) = was.turned(&turn);
-            }
+            p.h = arc.gap_turned(dt, &turn).max(0.0);
+            p.u = arc.rate_turned(dt, &turn);
+            (p.b, p.c) = was.turned(&turn);
         }
         after.spin.theta += self.spin.omega * dt;
         after.center.fall(self.fall, dt);
-        if self.has_turning_sides() {
+        if !self.sides.is_empty() {
             after.fly_sides(self, dt);
         }
         after

@@ -12,7 +12,6 @@ use std::sync::Arc;
 use smallvec::SmallVec;
 
 use crate::body::contact::{Contact, ContactLetters, ContactValues, PerContact};
-use crate::body::geometry::ContactGeometry;
 use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::posture::Posture;
 use crate::body::{ContactRows, ContactSpace, Mechanism};
@@ -23,12 +22,15 @@ use crate::math::mass_vector::{Coordinates, MassVector, independent, with_produc
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{Mode, onward};
 use crate::sustained::Rounding;
-use crate::sustained::rows::{Known, consistent};
+use crate::sustained::rows::{Between, Known, consistent};
 use crate::tolerance::{
-    CORRECTED_VELOCITY, DEPENDENT_ROW, LANDS_TOGETHER, LANDS_TOGETHER_SPEED, PARALLEL_GAP_ROWS,
-    STILL, STOPPED_ROW, UNEVEN_GAP,
+    CORRECTED_VELOCITY, DEPENDENT_ROW, LANDS_TOGETHER, LANDS_TOGETHER_SPEED, ON_A_LINE,
+    PARALLEL_GAP_ROWS, STILL, STOPPED_ROW, UNEVEN_GAP,
 };
 use crate::zeno::{FrozenModel, Gaps, Impulses};
+
+/// Length of the part of the unit vector of a coordinate that is orthogonal to rows at rest, up to which the coordinate rests, too.
+const RESTING_COORDINATE: f64 = 8.0 * f64::EPSILON;
 
 /// Most corrections of a velocity.
 const AGREES: usize = 8;
@@ -41,16 +43,20 @@ pub(crate) struct GapState {
     pub(crate) rounding: Rounding,
 }
 
-/// The contacts: their rows and materials.
+/// The points of contact: their rows and materials.
 #[derive(Debug)]
 pub(crate) struct Rows {
     pub(crate) space: Arc<ContactSpace>,
+    /// The contacts: of several at one point of a body, the first.
+    pub(crate) contacts: Vec<usize>,
     pub(crate) material: Vec<Material>,
     pub(crate) friction: Vec<f64>,
     /// The gaps at y = 0, in m: h_i = N_i y + offset_i.
     offset: Vec<f64>,
     /// The model of the gaps of one or two contacts whose normal rows are independent.
     pub(crate) gaps: Option<FrozenModel>,
+    /// Contacts whose gaps are weighted means of two others.
+    between: ContactValues<Option<Between>>,
 }
 
 impl Rows {
@@ -61,19 +67,21 @@ impl Rows {
             tangential_restitution: contact.tangential_restitution,
         };
         let all = mechanism.contacts().iter().enumerate().map(material);
-        Self::new(mechanism.shared_space(), all.collect(), vec![0.0; mechanism.contacts().len()])
+        let (material, count) = (all.collect(), mechanism.contacts().len());
+        Self::new(mechanism.shared_space(), (0..count).collect(), material, vec![0.0; count])
     }
 
     /// Of a body in its posture.
     pub(crate) fn of_posture(posture: &Posture) -> Self {
-        let material = |(contact, k): (&Contact, &ContactGeometry)| Material {
-            friction: contact.friction,
-            restitution: k.restitution,
-            tangential_restitution: contact.tangential_restitution,
+        let material = |i: usize| {
+            let Contact { friction, tangential_restitution, .. } = posture.contacts()[i];
+            let restitution = posture.geometry()[i].restitution;
+            Material { friction, restitution, tangential_restitution }
         };
-        let all = posture.contacts().iter().zip(posture.geometry()).map(material);
-        let offset = posture.geometry().iter().map(|k| k.offset).collect();
-        Self::new(posture.contact_space(), all.collect(), offset)
+        let contacts: Vec<usize> = posture.distinct().collect();
+        let (all, offset) =
+            contacts.iter().map(|&i| (material(i), posture.geometry()[i].offset)).unzip();
+        Self::new(posture.contact_space(), contacts, all, offset)
     }
 
     /// Of a local model without a body, with these gaps at y = 0; `None` if their rows are parallel.
@@ -86,20 +94,112 @@ impl Rows {
         let space = Arc::new(ContactSpace::of_local(model)?);
         let gaps = Some(FrozenModel::new(model));
         let (friction, offset) = (vec![0.0; 2], offset.to_vec());
-        Some(Self { space, material: material.to_vec(), friction, offset, gaps })
+        let (material, between) = (material.to_vec(), ContactValues::new());
+        let contacts = vec![0, 1];
+        Some(Self { space, contacts, material, friction, offset, gaps, between })
     }
 
     /// The same contacts with another acceleration ÿ without contact forces.
     pub(crate) fn pulled(&self, pull: Coordinates) -> Self {
         let (material, offset) = (self.material.clone(), self.offset.clone());
-        Self::new(Arc::new(self.space.pulled(pull)), material, offset)
+        Self::new(Arc::new(self.space.pulled(pull)), self.contacts.clone(), material, offset)
     }
 
-    fn new(space: Arc<ContactSpace>, material: Vec<Material>, offset: Vec<f64>) -> Self {
-        let friction = material.iter().map(|contact| contact.friction).collect();
+    fn new(
+        space: Arc<ContactSpace>,
+        contacts: Vec<usize>,
+        material: Vec<Material>,
+        offset: Vec<f64>,
+    ) -> Self {
+        let friction: Vec<f64> = material.iter().map(|contact| contact.friction).collect();
         let gaps = gap_model(&space, &material);
-        Self { space, material, friction, offset, gaps }
+        let between = (0..if friction.len() > 2 { friction.len() } else { 0 })
+            .map(|j| between(&space, &offset, j))
+            .collect();
+        Self { space, contacts, material, friction, offset, gaps, between }
     }
+
+    /// Directions that these modes keep at rest: normal rows of closed contacts, tangential ones of fixed contacts.
+    fn held(&self, modes: &[Mode], apart: f64) -> SmallVec<[(usize, Coordinates); 4]> {
+        let mut held: SmallVec<[&Coordinates; 8]> = SmallVec::new();
+        for (i, mode) in modes.iter().enumerate() {
+            if *mode != Mode::Separate {
+                held.push(self.space.normal_row(i));
+            }
+            if *mode == Mode::Fixed && self.friction[i] > 0.0 {
+                held.push(self.space.tangent(i));
+            }
+        }
+        independent(&held, apart)
+    }
+
+    /// Removes the part of a velocity, an acceleration or a displacement that violates these modes. A coordinate that they keep at rest
+    /// becomes exactly zero: a body that slides on two contacts does not turn by rounding errors.
+    pub(crate) fn project(&self, modes: &[Mode], apart: f64, change: &mut Coordinates) {
+        if modes.iter().all(|mode| *mode == Mode::Separate) {
+            return;
+        }
+        let held = self.held(modes, apart);
+        for _ in 0..AGREES {
+            let before = change.amax();
+            for (_, axis) in &held {
+                let part = axis.dot(change);
+                change.add_scaled(axis, -part);
+            }
+            if change.amax() >= CORRECTED_VELOCITY * before {
+                break;
+            }
+        }
+        let count = change.len();
+        let rests = |k: usize| {
+            let mut left = Coordinates::from_iter((0..count).map(|l| f64::from(u8::from(k == l))));
+            for (_, axis) in &held {
+                let part = axis.dot(&left);
+                left.add_scaled(axis, -part);
+            }
+            left.norm() <= RESTING_COORDINATE
+        };
+        let value = |(k, value): (usize, f64)| if rests(k) { 0.0 } else { value };
+        *change = Coordinates::from_iter(change.iter().enumerate().map(value));
+    }
+
+    /// The two outermost contacts between which a contact is.
+    pub(crate) fn between(&self, j: usize) -> Option<Between> {
+        *self.between.get(j)?
+    }
+}
+
+/// Contact j is between others if N_j = w N_i + (1 − w) N_k with 0 < w < 1, and its gap at y = 0 is the same mean. On the line through N_j and
+/// another row, N_l = N_j + s_l d, those with the least and the largest s are the outermost ones.
+fn between(space: &ContactSpace, offset: &[f64], j: usize) -> Option<Between> {
+    let step =
+        |k: usize| (space.normal_row(k).plus(space.normal_row(j), -1.0), offset[k] - offset[j]);
+    let size = (0..offset.len()).map(|k| space.normal_row(k).norm()).fold(0.0, f64::max);
+    (0..offset.len()).find_map(|i| {
+        let (way, rise) = step(i);
+        let length = way.norm();
+        if length <= ON_A_LINE * size {
+            return None;
+        }
+        let (mut first, mut last) = ((0.0, j), (0.0, j));
+        for k in 0..offset.len() {
+            let (row, up) = step(k);
+            let s = way.dot(&row) / (length * length);
+            let off = row.plus(&way, -s).norm().max((up - s * rise).abs());
+            if off > ON_A_LINE * size {
+                continue;
+            }
+            if s < first.0 {
+                first = (s, k);
+            }
+            if s > last.0 {
+                last = (s, k);
+            }
+        }
+        let outer = [first.1, last.1];
+        (first.0 < 0.0 && last.0 > 0.0)
+            .then(|| Between { outer, weight: last.0 / (last.0 - first.0) })
+    })
 }
 
 /// The model of the gaps of one or two contacts whose normal rows are independent: ψ_i = −W_12/W_ii and g_i = −b_i.
@@ -207,9 +307,11 @@ impl Frozen {
     /// The state after `dt` in these modes, with this acceleration.
     pub(crate) fn after(&self, modes: &[Mode], acceleration: &Coordinates, dt: f64) -> Self {
         let mut after = self.clone();
-        after.y.add_scaled(&self.v, dt);
-        after.y.add_scaled(acceleration, 0.5 * dt * dt);
+        let mut way = self.v.scaled(dt).plus(acceleration, 0.5 * dt * dt);
         after.v.add_scaled(acceleration, dt);
+        self.rows.project(modes, DEPENDENT_ROW, &mut way);
+        self.rows.project(modes, DEPENDENT_ROW, &mut after.v);
+        after.y.add_scaled(&way, 1.0);
         after.spin.theta += self.spin.omega * dt;
         if let Some(model) = &self.rows.gaps
             && model.phi != [0.0; 2]
@@ -323,11 +425,42 @@ impl Frozen {
         gaps
     }
 
-    /// The times of the next touchdowns in flight; ∞ where there is none.
+    /// The times of the next touchdowns in flight; ∞ where there is none. A contact between two others lands with them.
     pub(crate) fn touchdowns(&self) -> ContactValues<f64> {
-        let time =
-            |(i, p): (usize, &GapState)| parabola_touchdown(p.h, p.u, self.space().gravity(i));
+        let time = |(i, p): (usize, &GapState)| match self.rows.between(i) {
+            None => parabola_touchdown(p.h, p.u, self.space().gravity(i)),
+            Some(_) => f64::INFINITY,
+        };
         self.points.iter().enumerate().map(time).collect()
+    }
+
+    /// Sets the gaps and rates of contacts between others to the weighted means.
+    pub(crate) fn follow_outer(&mut self) {
+        for j in 0..self.rows.between.len() {
+            let Some(between) = self.rows.between(j) else { continue };
+            let of = between.outer.map(|k| {
+                let GapState { h, u, rounding } = self.points[k];
+                (h, u, rounding)
+            });
+            let (h, u, rounding) = between.mean(of);
+            self.points[j] = GapState { h, u, rounding };
+        }
+    }
+
+    /// Closes the contacts that land together with these, within their rounding errors, and those between two others that are closed.
+    pub(crate) fn land_with(&mut self, coming: &[usize]) {
+        for j in 0..self.points.len() {
+            let together = coming.iter().any(|&i| self.lands_with(j, &self.points[i]));
+            if together && self.points[j].h > 0.0 && self.rows.between(j).is_none() {
+                self.points[j].h = 0.0;
+            }
+        }
+        for j in 0..self.rows.between.len() {
+            let closed = |between: Between| between.outer.iter().all(|&k| self.points[k].h == 0.0);
+            if self.rows.between(j).is_some_and(closed) {
+                self.points[j].h = 0.0;
+            }
+        }
     }
 
     /// The first event in these modes with this acceleration, and its time in s; `None`: they never end.
@@ -340,6 +473,7 @@ impl Frozen {
         let mut first: Option<(f64, ModeEnd)> = None;
         for (i, p) in self.points.iter().enumerate() {
             let (t, end) = match modes[i] {
+                Mode::Separate if self.rows.between(i).is_some() => continue,
                 Mode::Separate => {
                     let a = space.normal_row(i).dot(acceleration);
                     (parabola_touchdown(p.h, p.u, -a), ModeEnd::Landing(i))
@@ -364,29 +498,15 @@ impl Frozen {
 
     /// Returns true if a gap lands together with that of `first`: it is closing, and below its rounding error plus the distance by which it
     /// closes within the uncertainty of the instant at which `first` lands.
-    pub(crate) fn lands_with(&self, i: usize, first: &GapState) -> bool {
+    fn lands_with(&self, i: usize, first: &GapState) -> bool {
         let p = &self.points[i];
         let doubt = first.rounding.gap * (p.u / first.u).abs().min(LANDS_TOGETHER_SPEED);
         p.u < 0.0 && p.h <= LANDS_TOGETHER * (p.rounding.gap + doubt)
     }
 
-    /// Directions that these modes keep at rest: normal rows of closed contacts, tangential ones of fixed contacts.
-    fn held(rows: &Rows, modes: &[Mode], apart: f64) -> SmallVec<[(usize, Coordinates); 4]> {
-        let mut held: SmallVec<[&Coordinates; 8]> = SmallVec::new();
-        for (i, mode) in modes.iter().enumerate() {
-            if *mode != Mode::Separate {
-                held.push(rows.space.normal_row(i));
-            }
-            if *mode == Mode::Fixed && rows.friction[i] > 0.0 {
-                held.push(rows.space.tangent(i));
-            }
-        }
-        independent(&held, apart)
-    }
-
     /// Returns true if these modes leave no motion.
     pub(crate) fn is_fixed(&self, modes: &[Mode]) -> bool {
-        Self::held(&self.rows, modes, DEPENDENT_ROW).len() == self.v.len()
+        self.rows.held(modes, DEPENDENT_ROW).len() == self.v.len()
     }
 
     /// Returns true if the closed contacts leave the mechanism one motion: they slide all together or not at all.
@@ -409,17 +529,7 @@ impl Frozen {
 
     /// Removes the part of the velocity that violates these modes, as a plastic impact would: no energy is added.
     pub(crate) fn project(&mut self, modes: &[Mode]) {
-        let held = Self::held(&self.rows, modes, STOPPED_ROW);
-        for _ in 0..AGREES {
-            let before = self.v.amax();
-            for (_, axis) in &held {
-                let part = axis.dot(&self.v);
-                self.v.add_scaled(axis, -part);
-            }
-            if self.v.amax() >= CORRECTED_VELOCITY * before {
-                break;
-            }
-        }
+        self.rows.project(modes, STOPPED_ROW, &mut self.v);
     }
 
     /// Corrects the velocity where contacts begin to be held in these modes. The rates of closed contacts are rounding error. A sliding speed

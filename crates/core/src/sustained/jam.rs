@@ -89,7 +89,7 @@ impl BodyState {
     pub(crate) fn jams(&mut self, modes: &[Mode]) -> Option<usize> {
         let rows = self.independent(modes);
         // The test of the loads below holds for contact points of the body.
-        if rows.iter().any(|row| self.turning_side(row.unknown.contact).is_some()) {
+        if rows.iter().any(|row| self.side_contact(row.unknown.contact).is_some()) {
             return None;
         }
         let (n, rho) = (rows.len(), self.rho2.sqrt());

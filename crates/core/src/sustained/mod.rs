@@ -26,7 +26,7 @@ pub(crate) mod frozen;
 pub(crate) mod next_order;
 mod pair;
 pub(crate) mod phase;
-mod rows;
+pub(crate) mod rows;
 pub(crate) mod rows_phase;
 pub(crate) mod side;
 mod step;
@@ -127,17 +127,15 @@ pub(crate) struct BodyState {
     /// Acceleration of free fall in the frame of the ground, in m/s², and its size.
     pub(crate) fall: Vector2<f64>,
     pub(crate) gravity: f64,
-    /// Whether b and c are those of the nominal posture, and all paths without curvature: the local model.
-    pub(crate) frozen: bool,
 }
 
 /// Written by hand: the derived `clone` copies the points one by one.
 impl Clone for BodyState {
     fn clone(&self) -> Self {
-        let Self { center, spin, rho2, fall, gravity, frozen, .. } = *self;
+        let Self { center, spin, rho2, fall, gravity, .. } = *self;
         let points = PerContact::from_slice(&self.points);
         let sides = self.sides.clone();
-        Self { points, sides, center, spin, rho2, fall, gravity, frozen }
+        Self { points, sides, center, spin, rho2, fall, gravity }
     }
 }
 
@@ -207,7 +205,7 @@ impl BodyState {
 
     /// ω² in the accelerations of the contacts, in 1/s².
     fn square_of_turn(&self) -> f64 {
-        if self.frozen { 0.0 } else { self.spin.omega * self.spin.omega }
+        self.spin.omega * self.spin.omega
     }
 }
 
@@ -241,15 +239,11 @@ impl BodyState {
     fn gap_and_rate(&self, p: &ContactState, posture: &Posture) -> (f64, f64) {
         let i = p.place.contact;
         if p.h > 0.0 && posture.ground(i).is_some_and(|ground| ground.has_walls) {
-            let (State { q, qdot }, local) = (self.state(), self.frozen);
-            let under = posture.under(i, &q, local);
+            let State { q, qdot } = self.state();
+            let under = posture.under(i, &q);
             if under.place.piece != p.place.piece {
                 let (k, turn) = (under.geometry, Turn::by(q.z));
-                let (h, u) = if local {
-                    (k.local_gap(&q), k.local_rate(&qdot))
-                } else {
-                    (k.gap(&q, &turn), k.gap_rate(&qdot, &turn))
-                };
+                let (h, u) = (k.gap(&q, &turn), k.gap_rate(&qdot, &turn));
                 let is_behind = p.h == f64::INFINITY && h < 0.0;
                 return (if under.exists && !is_behind { h } else { f64::INFINITY }, u);
             }

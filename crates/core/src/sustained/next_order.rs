@@ -69,7 +69,7 @@ impl Search {
 impl BodyState {
     /// Returns true if rows of a word depend on others and leave the body a motion.
     fn is_dependent(&self, word: &[Mode]) -> bool {
-        if self.frozen || !self.has_rows_of_two(word) {
+        if !self.has_rows_of_two(word) {
             return false;
         }
         let rank = self.independent(word).len();

@@ -588,13 +588,7 @@ impl<'a> ContactPhase<'a> {
             }
             if endless || cycle.is_complete(body, &self.word) && log.end == f64::INFINITY {
                 self.acceleration = Some(acceleration);
-                // In frozen geometry, a body with contacts in flight and no further event flies away.
-                let closed = self.word.iter().all(|&mode| mode != Mode::Separate);
-                return outcome(if closed || !body.frozen {
-                    Outcome::Sliding
-                } else {
-                    Outcome::Escape
-                });
+                return outcome(Outcome::Sliding);
             }
             *body = step.at(body, t);
             let [least, most] = self.turned;

@@ -96,6 +96,27 @@ pub(super) fn consistent<V: MassVector>(rows: &[Option<V>], values: &mut [Known]
     }
 }
 
+/// A contact between two others: its gap is a weighted mean of theirs, h = w h_i + (1 − w) h_k with 0 < w < 1, so that it touches the ground
+/// only where both do. Computed by itself, its gap could reach zero before, by its rounding error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Between {
+    /// i and k, the outermost ones.
+    pub(crate) outer: [usize; 2],
+    /// w, of the first.
+    pub(crate) weight: f64,
+}
+
+impl Between {
+    /// The gap, its rate and their rounding errors, from those of the outer two.
+    pub(crate) fn mean(&self, of: [(f64, f64, Rounding); 2]) -> (f64, f64, Rounding) {
+        let [one, other] = of;
+        let mean = |a: f64, b: f64| self.weight * a + (1.0 - self.weight) * b;
+        let rounding =
+            Rounding { gap: mean(one.2.gap, other.2.gap), rate: mean(one.2.rate, other.2.rate) };
+        (mean(one.0, other.0), mean(one.1, other.1), rounding)
+    }
+}
+
 /// Independent ones of these rows, the longest first, each with the part that is orthogonal to those before it; `apart`: the least length
 /// of this part.
 #[inline(always)]
@@ -356,7 +377,7 @@ impl BodyState {
     pub(crate) fn hold(&mut self, modes: &[Mode]) {
         let (r, theta) = (self.center.r, self.spin.theta);
         for i in 0..self.points.len() {
-            let turns = self.turning_side(i).is_some();
+            let turns = self.side_contact(i).is_some();
             let p = &mut self.points[i];
             let along = p.tangent.dot(&r) + p.b;
             let rolled = if p.radius > 0.0 { along + p.radius * theta } else { along };

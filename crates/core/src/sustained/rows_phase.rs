@@ -9,7 +9,7 @@ use crate::outcome::{Cause, ContactNumber, Outcome};
 use crate::sustained::frozen::{Frozen, ModeEnd};
 use crate::sustained::phase::PhaseEnd;
 use crate::sustained::still_speed;
-use crate::tolerance::{BODY_STOPPED, DEPARTED, SLOWER_SLIDE, STILL};
+use crate::tolerance::{BODY_STOPPED, DEPARTED, DEPENDENT_ROW, SLOWER_SLIDE, STILL};
 
 /// Signs of sliding of all contacts; `None`: separate.
 type Ways = ContactLetters<Option<i8>>;
@@ -92,7 +92,7 @@ impl RowsPhase {
     /// Simulates word after word until the phase ends. `note` is called at the start of every word.
     pub(crate) fn run(&mut self, log: &mut Log<'_>, note: &mut NoteRows<'_>) -> PhaseEnd {
         loop {
-            let chosen = match self.choose() {
+            let mut chosen = match self.choose() {
                 Ok(chosen) => chosen,
                 Err(outcome) => return PhaseEnd::Outcome(outcome),
             };
@@ -103,6 +103,7 @@ impl RowsPhase {
             if self.word.iter().all(|&mode| mode == Mode::Separate) {
                 return PhaseEnd::Free;
             }
+            self.state.rows.project(&chosen.word, DEPENDENT_ROW, &mut chosen.acceleration);
             if self.is_at_rest(&chosen, self.still(log.clock)) {
                 return PhaseEnd::Stands;
             }

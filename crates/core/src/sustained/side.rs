@@ -91,34 +91,27 @@ impl SideContact {
             rounding: Rounding::default(),
             radius: 0.0,
         };
-        self.set_place(&mut point, state.center.r, state.spin.theta, state.frozen);
+        self.set_place(&mut point, state.center.r, state.spin.theta);
         let (v, omega) = (state.center.v, state.spin.omega);
         (point.h, point.u) = (-point.c - self.distance, point.normal.dot(&v) + point.b * omega);
-        if state.frozen {
-            point.h += point.normal.dot(&state.center.r) + point.b * state.spin.theta;
-        }
         let place = state.center.r.norm() + self.corner.norm() + size;
         point.rounding = Rounding::new(place, v.norm() + (point.b * omega).abs());
         point
     }
 
     /// Sets the axes, the arm and the distances from the ends of the side for this place of the body.
-    fn set_place(&self, p: &mut ContactState, r: Vector2<f64>, theta: f64, frozen: bool) {
-        let (mut along, mut arm) = (self.along, self.corner);
-        if !frozen {
-            along = turned(&Turn::by(theta), along);
-            arm -= r;
-            p.place.sides = [0.0, 0.0];
-        }
+    fn set_place(&self, p: &mut ContactState, r: Vector2<f64>, theta: f64) {
+        let (along, arm) = (turned(&Turn::by(theta), self.along), self.corner - r);
         (p.tangent, p.normal) = (along, turned_left(along));
         (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
-        if !frozen {
-            let ways = self.distances_from_ends(p.b);
-            p.place.sides = std::array::from_fn(|end| {
-                if self.concave[end] { f64::INFINITY } else { ways[end].max(0.0) }
-            });
-            p.place.across = [along; 2];
-        }
+        let ways = self.distances_from_ends(p.b);
+        p.place.sides =
+            std::array::from_fn(
+                |end| {
+                    if self.concave[end] { f64::INFINITY } else { ways[end].max(0.0) }
+                },
+            );
+        p.place.across = [along; 2];
     }
 
     /// Distances along the side from its start and to its end, in m; negative beyond them. `b`: of the contact.
@@ -155,32 +148,20 @@ impl BodyState {
         others.next()
     }
 
-    /// The same where the normal turns with the body: not in frozen geometry.
-    #[inline]
-    pub(crate) fn turning_side(&self, i: usize) -> Option<&SideContact> {
-        if self.frozen { None } else { self.side_contact(i) }
-    }
-
-    /// Returns true if a contact has a normal that turns with the body.
-    #[inline]
-    pub(crate) fn has_turning_sides(&self) -> bool {
-        !self.frozen && !self.sides.is_empty()
-    }
-
     /// The term 2 ω v_t of the acceleration of the gap of point `i`: zero for a point of the body.
     pub(super) fn coriolis(&self, i: usize) -> f64 {
-        self.turning_side(i).map_or(0.0, |_| 2.0 * self.spin.omega * self.slip(i))
+        self.side_contact(i).map_or(0.0, |_| 2.0 * self.spin.omega * self.slip(i))
     }
 
     /// Computes axes and arms of all corners of the ground from the place of the body.
     pub(super) fn place_sides(&mut self) {
-        if !self.has_turning_sides() {
+        if self.sides.is_empty() {
             return;
         }
         for i in 0..self.points.len() {
             if let Some(side) = self.side_contact(i).copied() {
                 let (r, theta) = (self.center.r, self.spin.theta);
-                side.set_place(&mut self.points[i], r, theta, false);
+                side.set_place(&mut self.points[i], r, theta);
             }
         }
     }
@@ -211,7 +192,7 @@ impl BodyState {
     /// After a flight of `dt` from the state `before` on, in which all else is computed.
     pub(super) fn fly_sides(&mut self, before: &Self, dt: f64) {
         for i in 0..self.points.len() {
-            if before.turning_side(i).is_some() {
+            if before.side_contact(i).is_some() {
                 let [h, u] = before.side_flown(i, dt);
                 (self.points[i].h, self.points[i].u) = (h.max(0.0), u);
             }
@@ -345,7 +326,6 @@ mod tests {
             rho2: 0.09,
             fall: Vector2::new(0.0, -9.81),
             gravity: 9.81,
-            frozen: false,
         };
         let mut point = on.point(&state, 1.0);
         point.h = h;

@@ -82,9 +82,9 @@ const LONGEST_UNIT: f64 = 1e50;
 /// Binary exponent of the longest unit of time at the start; its square stays in range.
 const SQUARED: i32 = 500;
 
-/// Number of Taylor coefficients in frozen geometry. Forces are constant there, so that only the first three coefficients differ from zero.
+/// Number of Taylor coefficients where nothing turns. Forces are constant there, so that only the first three coefficients differ from zero.
 /// The last two are zero, from which `radius` finds that the series hold for any time.
-const FROZEN: usize = 5;
+const CONSTANT: usize = 5;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum StepEnd {
@@ -186,9 +186,8 @@ impl BodyState {
 
 impl Step {
     /// The Taylor series of the motion from this state on, with a mode for each contact; `None` if the friction matrix is singular.
-    /// `order`: the number of coefficients, at most [`ORDER`]; in frozen geometry [`FROZEN`].
+    /// `order`: the number of coefficients, at most [`ORDER`].
     pub(crate) fn new(state: &BodyState, modes: &[Mode], order: usize) -> Option<Box<Self>> {
-        let order = if state.frozen { FROZEN } else { order };
         let rows = state.independent(modes);
         Self::on(&rows, state, modes, order).or_else(|| {
             // If these forces cannot keep their own rows at zero, those of dependent rows may.
@@ -260,14 +259,13 @@ impl Step {
                 }
             })
             .collect();
-        if state.has_turning_sides() {
+        if !state.sides.is_empty() {
             return Self::with_sides(independent, state, modes, order, unit, tracks);
         }
         let parallel = state.parallel(independent);
         let level = parallel.is_some_and(|pair| state.is_level(pair));
-        let turns = !state.frozen && !level;
-        // Forces are constant where nothing turns.
-        let order = if turns { order } else { order.min(FROZEN) };
+        let turns = !level;
+        let order = if turns { order } else { order.min(CONSTANT) };
         let spin = if level { 0.0 } else { state.spin.omega };
         let (mut theta, mut omega) = (constant(state.spin.theta), constant(spin * unit));
         let mut r = [0, 1].map(|axis: usize| constant(state.center.r[axis]));
@@ -427,11 +425,7 @@ impl Step {
             let forces = |track: &Track| varies(&track.normal) || varies(&track.tangential);
             // Nothing turns a disc about the centre of mass out of a constant angular acceleration.
             let turned = is_turned || has_arm && varies(&omega);
-            if !state.frozen && (turned || tracks.iter().any(forces)) {
-                reach.min(LATE)
-            } else {
-                reach
-            }
+            if turned || tracks.iter().any(forces) { reach.min(LATE) } else { reach }
         };
         // Without sliding friction it is the determinant of the Gram matrix of independent rows, which stays positive.
         let jams = unknowns.iter().any(|&u| slope(u) != 0.0);
@@ -525,11 +519,7 @@ impl Step {
             Mode::Separate => {
                 let [b, c] = self.arm(i);
                 for (k, way) in way.iter_mut().enumerate().skip(1) {
-                    let turned = if state.frozen {
-                        across.perp(&p.arm()) * -self.theta[k]
-                    } else {
-                        t * b[k] + n * c[k]
-                    };
+                    let turned = t * b[k] + n * c[k];
                     *way = across.x * self.r[0][k] + across.y * self.r[1][k] + turned;
                 }
             }
@@ -776,12 +766,10 @@ impl Step {
                 let [less, sin] = turned;
                 return if tangential { -less * b - sin * c } else { sin * b - less * c };
             }
-            match (tangential, state.frozen) {
-                (false, false) => dot([c, b], turned),
-                (true, false) if p.radius > 0.0 => dot([b, -c], turned) + p.radius * angle,
-                (true, false) => dot([b, -c], turned),
-                (false, true) => p.b * angle,
-                (true, true) => -p.touching_c() * angle,
+            match tangential {
+                false => dot([c, b], turned),
+                true if p.radius > 0.0 => dot([b, -c], turned) + p.radius * angle,
+                true => dot([b, -c], turned),
             }
         };
         let in_vertex = (0..modes.len()).any(|i| after.twin(i).is_some());
@@ -794,7 +782,7 @@ impl Step {
                 let axis = if tangential { p.tangent } else { p.normal };
                 let lever = lever(contact, tangential);
                 let mut off = axis.dot(&moved) + lever;
-                if let (Some(place), false) = (p.held, state.frozen) {
+                if let Some(place) = p.held {
                     // Rounding errors add up over steps: a larger drift is corrected by the position itself.
                     let r = state.center.r + moved;
                     let (at, mut arm) = if tangential { (0, p.b) } else { (1, p.c) };
@@ -830,10 +818,8 @@ impl Step {
             None => back.z / state.rho2.sqrt(),
         };
         after.spin.theta += turn;
-        if !state.frozen {
-            for p in &mut after.points {
-                (p.b, p.c) = (p.b - p.c * turn, p.c + p.b * turn);
-            }
+        for p in &mut after.points {
+            (p.b, p.c) = (p.b - p.c * turn, p.c + p.b * turn);
         }
         after.center.r += moved;
         after.place_sides();
@@ -875,7 +861,6 @@ mod tests {
             rho2: 0.16,
             fall: Vector2::new(0.0, -9.81),
             gravity: 9.81,
-            frozen: false,
         }
     }
 

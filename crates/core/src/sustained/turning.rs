@@ -117,7 +117,7 @@ impl Step {
         let (points, rho2) = (&state.points, state.rho2);
         let fall = state.fall * (unit * unit);
         let mut frames: Vec<Frame> = (0..points.len())
-            .map(|i| Frame::new(&points[i], state.turning_side(i).is_some()))
+            .map(|i| Frame::new(&points[i], state.side_contact(i).is_some()))
             .collect();
         let mut theta = constant(state.spin.theta);
         let mut omega = constant(state.spin.omega * unit);
@@ -344,7 +344,7 @@ impl Step {
             .enumerate()
             .filter(|(_, frame)| frame.turns)
             .filter_map(|(point, frame)| {
-                let side = *state.turning_side(point)?;
+                let side = *state.side_contact(point)?;
                 Some(TurningPoint { point, side, normal: frame.normal, b: frame.b, c: frame.c })
             })
             .collect();
