@@ -543,11 +543,15 @@ fn check_units(scene: &Scene) {
     let run = scene.run();
     let (length, time) = (2f64.powi(-13), 2f64.powi(9));
     let other = scene.in_units(length, time).run();
-    // Runs with speeds whose squares underflow are left out, because the underflow depends on the units.
+    // Runs with speeds whose squares underflow, or with a smaller displacement, are left out, because the underflow depends on the units.
     let tiny = |values: &[f64]| values.iter().any(|x| *x != 0.0 && x.abs() < 1e-140);
     let fade = |run: &Trajectory| {
         let faint = run.impacts().iter().any(|i| tiny(&i.rates_after));
-        faint || tiny(&run.gaps()) || tiny(&run.rates())
+        let State { q, qdot } = run.state();
+        faint
+            || [q, qdot].iter().any(|v| tiny(v.as_slice()))
+            || tiny(&run.gaps())
+            || tiny(&run.rates())
     };
     if fade(&run) || fade(&other) {
         return;
