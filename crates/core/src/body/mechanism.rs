@@ -345,35 +345,7 @@ fn checked(mut fields: MechanismFields) -> Result<MechanismFields, Error> {
         );
     }
     for (i, contact) in fields.contacts.iter().enumerate() {
-        let at = format!("contacts.{}", i + 1);
-        for (name, row) in [("normal", &contact.normal), ("tangential", &contact.tangential)] {
-            if row.len() != dof {
-                return unusable(
-                    format!("{at}.{name}"),
-                    format!("[{} entries]", row.len()),
-                    format!("one entry for each of the {dof} coordinates"),
-                );
-            }
-            for (k, value) in row.iter().enumerate() {
-                finite(format_args!("{at}.{name}.{k}"), *value)?;
-            }
-        }
-        friction(format_args!("{at}.friction"), contact.friction)?;
-        in_range(
-            format_args!("{at}.friction"),
-            contact.friction,
-            contact.friction <= ROUGHEST,
-            "at most 1e6 for motion",
-        )?;
-        if let Some(value) = contact.restitution {
-            restitution(format_args!("{at}.restitution"), value)?;
-        }
-        in_range(
-            format_args!("{at}.tangential_restitution"),
-            contact.tangential_restitution,
-            (0.0..1.0).contains(&contact.tangential_restitution),
-            "0 <= tangential_restitution < 1",
-        )?;
+        check_contact(i, contact, dof)?;
     }
     for value in fields.mass_matrix.iter_mut().flatten() {
         *value = value.unsigned_zero();
@@ -384,6 +356,40 @@ fn checked(mut fields: MechanismFields) -> Result<MechanismFields, Error> {
         contact.tangential = std::mem::take(&mut contact.tangential).unsigned_zero();
     }
     Ok(fields)
+}
+
+/// Checks the rows and the coefficients of contact `i` (from 0) of a mechanism with `dof` coordinates.
+fn check_contact(i: usize, contact: &ContactRows, dof: usize) -> Result<(), Error> {
+    let at = format!("contacts.{}", i + 1);
+    for (name, row) in [("normal", &contact.normal), ("tangential", &contact.tangential)] {
+        if row.len() != dof {
+            return Err(Error::Unusable {
+                field: format!("{at}.{name}"),
+                value: format!("[{} entries]", row.len()),
+                allowed: format!("one entry for each of the {dof} coordinates"),
+            });
+        }
+        for (k, value) in row.iter().enumerate() {
+            finite(format_args!("{at}.{name}.{k}"), *value)?;
+        }
+    }
+    friction(format_args!("{at}.friction"), contact.friction)?;
+    in_range(
+        format_args!("{at}.friction"),
+        contact.friction,
+        contact.friction <= ROUGHEST,
+        "at most 1e6 for motion",
+    )?;
+    if let Some(value) = contact.restitution {
+        restitution(format_args!("{at}.restitution"), value)?;
+    }
+    in_range(
+        format_args!("{at}.tangential_restitution"),
+        contact.tangential_restitution,
+        (0.0..1.0).contains(&contact.tangential_restitution),
+        "0 <= tangential_restitution < 1",
+    )?;
+    Ok(())
 }
 
 /// As for postures: beyond, a mode with a normal force just below zero would be driven by its friction.

@@ -183,6 +183,61 @@ fn size(geometry: &[ContactGeometry], gyration_radius: f64) -> f64 {
     geometry.iter().map(ContactGeometry::reach).fold(gyration_radius, f64::max)
 }
 
+/// The constants of a contact on its line in the nominal posture. `at`: its place in error messages.
+fn constants(
+    fields: &PostureFields,
+    contact: &Contact,
+    at: &str,
+) -> Result<ContactGeometry, Error> {
+    contact.validate(at)?;
+    let (tangent, normal) = (contact.tangent(), contact.normal());
+    let center_of_mass = Vector2::from(fields.center_of_mass);
+    let arm = Vector2::from(contact.point) - center_of_mass;
+    let (b, c) = contact.arms(&center_of_mass, &tangent, &normal);
+    // The impact matrix contains b²/ρ², which must not overflow.
+    let reach = arm.norm() / fields.gyration_radius;
+    in_range(
+        format_args!("{at}point"),
+        reach,
+        reach < 1e150,
+        "distance from the centre of mass over gyration_radius < 1e150",
+    )?;
+    let reach = contact.radius / fields.gyration_radius;
+    in_range(
+        format_args!("{at}radius"),
+        reach,
+        reach < 1e150,
+        "radius over gyration_radius < 1e150",
+    )?;
+    Ok(ContactGeometry {
+        tangent,
+        normal,
+        b,
+        c,
+        radius: contact.radius,
+        offset: 0.0,
+        gravity: fields.gravity * normal.y,
+        restitution: contact.restitution.unwrap_or(fields.restitution),
+        friction: contact.friction,
+    })
+}
+
+/// The number of the point of each contact, see [`Posture::point_of`].
+fn points(contacts: &[Contact], geometry: &[ContactGeometry]) -> PerContact<usize> {
+    let mut points = PerContact::new();
+    for i in 0..contacts.len() {
+        let as_one = |&j: &usize| {
+            geometry[i] == geometry[j]
+                && contacts[i].segment == contacts[j].segment
+                && contacts[i].tangential_restitution == contacts[j].tangential_restitution
+        };
+        let new = points.iter().map(|k| k + 1).max().unwrap_or(0);
+        let point = (0..i).find(as_one).map_or(new, |j| points[j]);
+        points.push(point);
+    }
+    points
+}
+
 impl Posture {
     /// Validates `fields`.
     ///
@@ -249,44 +304,13 @@ impl Posture {
         let mut geometry = PerContact::with_capacity(count);
         for (index, contact) in fields.contacts.iter().enumerate() {
             let at = format!("contacts.{}.", index + 1);
-            contact.validate(&at)?;
-            let (tangent, normal) = (contact.tangent(), contact.normal());
-            let center_of_mass = Vector2::from(fields.center_of_mass);
-            let arm = Vector2::from(contact.point) - center_of_mass;
-            let (b, c) = contact.arms(&center_of_mass, &tangent, &normal);
-            // The impact matrix contains b²/ρ², which must not overflow.
-            let reach = arm.norm() / fields.gyration_radius;
-            in_range(
-                format_args!("{at}point"),
-                reach,
-                reach < 1e150,
-                "distance from the centre of mass over gyration_radius < 1e150",
-            )?;
-            let reach = contact.radius / fields.gyration_radius;
-            in_range(
-                format_args!("{at}radius"),
-                reach,
-                reach < 1e150,
-                "radius over gyration_radius < 1e150",
-            )?;
-            geometry.push(ContactGeometry {
-                tangent,
-                normal,
-                b,
-                c,
-                radius: contact.radius,
-                offset: 0.0,
-                gravity: fields.gravity * normal.y,
-                restitution: contact.restitution.unwrap_or(fields.restitution),
-                friction: contact.friction,
-            });
+            geometry.push(constants(&fields, contact, &at)?);
         }
         if grounds.is_empty() {
             grounds = terrain::own(&fields.contacts);
         }
         let longest = size(&geometry, fields.gyration_radius);
         let on_polyline = !fields.terrain.is_empty() || fields.ground == GroundKind::Shared;
-        let points = PerContact::new();
         let own_ground =
             (!on_polyline).then(|| OwnGround::of(&fields.contacts, &geometry, longest)).flatten();
         let outline = Outline::new(&fields)?;
@@ -295,7 +319,7 @@ impl Posture {
             fields,
             geometry,
             grounds,
-            points,
+            points: PerContact::new(),
             size: longest,
             own_ground,
             outline,
@@ -306,38 +330,29 @@ impl Posture {
         for i in 0..if on_polyline { count } else { 0 } {
             let geometry = posture.under(i, &Vector3::zeros()).geometry;
             Arc::make_mut(&mut posture.0).geometry[i] = geometry;
-            let gap = posture.signed_gap(i, &Vector3::zeros(), geometry.offset);
-            if gap < -posture.touch(i) {
-                return Err(Error::Unusable {
-                    field: format!("contacts.{}.point", i + 1),
-                    value: format!("{:?}", posture.contacts()[i].point),
-                    allowed: format!(
-                        "on the terrain or in front of it, on the left of its polyline; {} {:?} m in the ground",
-                        if posture.contacts()[i].is_round() {
-                            "its disc reaches"
-                        } else {
-                            "it lies"
-                        },
-                        -gap
-                    ),
-                });
-            }
+            posture.check_in_front(i, geometry.offset)?;
         }
         let parts = Arc::make_mut(&mut posture.0);
         parts.size = size(&parts.geometry, parts.fields.gyration_radius);
-        let (contacts, geometry) = (&parts.fields.contacts, &parts.geometry);
-        for i in 0..count {
-            let as_one = |&j: &usize| {
-                let [one, other] = [i, j].map(|k| (&contacts[k], &geometry[k]));
-                one.1 == other.1
-                    && one.0.segment == other.0.segment
-                    && one.0.tangential_restitution == other.0.tangential_restitution
-            };
-            let new = parts.points.iter().map(|k| k + 1).max().unwrap_or(0);
-            let point = (0..i).find(as_one).map_or(new, |j| parts.points[j]);
-            parts.points.push(point);
-        }
+        parts.points = points(&parts.fields.contacts, &parts.geometry);
         Ok(posture)
+    }
+
+    /// Refuses contact `i` in its ground, over whose line its gap (m) is this in the nominal posture.
+    fn check_in_front(&self, i: usize, gap: f64) -> Result<(), Error> {
+        let gap = self.signed_gap(i, &Vector3::zeros(), gap);
+        if gap >= -self.touch(i) {
+            return Ok(());
+        }
+        let who = if self.contacts()[i].is_round() { "its disc reaches" } else { "it lies" };
+        Err(Error::Unusable {
+            field: format!("contacts.{}.point", i + 1),
+            value: format!("{:?}", self.contacts()[i].point),
+            allowed: format!(
+                "on the terrain or in front of it, on the left of its polyline; {who} {:?} m in the ground",
+                -gap
+            ),
+        })
     }
 
     /// The number of the point of a contact, from 0 in the order of the contacts. Contacts at one point of the body with the same terrain

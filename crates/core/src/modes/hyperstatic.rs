@@ -9,7 +9,7 @@ use crate::math::simplex::maximise;
 use crate::modes::answer::{Forces, ModeAnswer};
 use crate::modes::flats::{Flat, Plane};
 use crate::modes::judge::judge;
-use crate::modes::rows::Problem;
+use crate::modes::rows::{Problem, Row};
 use crate::modes::words::{Mode, Word};
 use crate::tolerance::{DEPENDENT_ROW, TIE};
 
@@ -18,6 +18,39 @@ struct Generator<V> {
     contact: usize,
     direction: V,
     force: [f64; 2],
+}
+
+/// The generators of the friction cones that a word allows.
+fn generators<V: MassVector>(rows: &[Row<V>], word: Word) -> Vec<Generator<V>> {
+    let of = |(contact, mode): (usize, Mode)| {
+        let row = &rows[contact];
+        let edges: &[f64] = match mode {
+            Mode::Separate => &[],
+            Mode::Fixed => &[-1.0, 1.0],
+            Mode::Right => &[-1.0],
+            Mode::Left => &[1.0],
+        };
+        // Both edges together have the weight of the one edge of a sliding contact.
+        let share = 1.0 / edges.len().max(1) as f64;
+        edges.iter().map(move |side| {
+            let force = [side * row.friction * share, share];
+            let direction = row.tangent.scaled(force[0]).plus(&row.normal, force[1]);
+            Generator { contact, direction, force }
+        })
+    };
+    word.modes().enumerate().flat_map(of).collect()
+}
+
+/// The rows and biases of the accelerations that a word needs to be positive.
+fn strict_tests<V: MassVector>(rows: &[Row<V>], word: Word) -> Vec<(V, f64)> {
+    let test = |(i, mode): (usize, Mode)| match (mode, rows[i].sliding) {
+        (_, None) => None,
+        (Mode::Separate, _) => Some((rows[i].normal.clone(), rows[i].bias[1])),
+        (Mode::Right, Some(0)) => Some((rows[i].tangent.clone(), rows[i].bias[0])),
+        (Mode::Left, Some(0)) => Some((rows[i].tangent.scaled(-1.0), -rows[i].bias[0])),
+        _ => None,
+    };
+    word.modes().enumerate().filter_map(test).collect()
 }
 
 /// Solves a word. `planes`: the rows that the word keeps at zero; `independent`: an orthonormal basis of them. If there are as many rows as
@@ -29,40 +62,10 @@ pub(super) fn solve<P: Problem>(
     independent: &[Plane<'_, P::V>],
 ) -> ModeAnswer {
     let (rows, load) = (problem.rows(), problem.load());
-    let generators: Vec<_> = word
-        .modes()
-        .enumerate()
-        .flat_map(|(i, mode)| {
-            let row = &rows[i];
-            let edges: &[f64] = match mode {
-                Mode::Separate => &[],
-                Mode::Fixed => &[-1.0, 1.0],
-                Mode::Right => &[-1.0],
-                Mode::Left => &[1.0],
-            };
-            // Both edges together have the weight of the one edge of a sliding contact.
-            let share = 1.0 / edges.len().max(1) as f64;
-            edges.iter().map(move |side| {
-                let force = [side * row.friction * share, share];
-                let direction = row.tangent.scaled(force[0]).plus(&row.normal, force[1]);
-                Generator { contact: i, direction, force }
-            })
-        })
-        .collect();
-
+    let generators = generators(rows, word);
     // Variables: weights above t, t as the difference of two, one slack per strict test and one for t ≤ 1.
     let n = generators.len();
-    let strict: Vec<(P::V, f64)> = word
-        .modes()
-        .enumerate()
-        .filter_map(|(i, mode)| match (mode, rows[i].sliding) {
-            (_, None) => None,
-            (Mode::Separate, _) => Some((rows[i].normal.clone(), rows[i].bias[1])),
-            (Mode::Right, Some(0)) => Some((rows[i].tangent.clone(), rows[i].bias[0])),
-            (Mode::Left, Some(0)) => Some((rows[i].tangent.scaled(-1.0), -rows[i].bias[0])),
-            _ => None,
-        })
-        .collect();
+    let strict = strict_tests(rows, word);
     let width = n + 2 + strict.len() + 1;
     let weights_of = |row: &P::V| {
         let mut a: Vec<f64> = generators.iter().map(|g| row.dot(&g.direction)).collect();

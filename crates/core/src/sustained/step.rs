@@ -11,9 +11,9 @@ use crate::math::series::{
     Pair, Series, ZERO, constant, determinant, dot_product, product, products, radius,
 };
 use crate::modes::Mode;
-use crate::sustained::BodyState;
 use crate::sustained::rows::{AGREES, Row, Unknown};
 use crate::sustained::turning::TurningPoint;
+use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{
     DRIFT, DRIFT_ENERGY, HULL_EDGE, OVER_VERTEX, SINGULAR_FRICTION_MATRIX, TOUCH,
 };
@@ -184,6 +184,192 @@ impl BodyState {
     }
 }
 
+impl Track {
+    /// Of point `i` at the start, in this unit of time (s).
+    #[inline]
+    fn new(state: &BodyState, modes: &[Mode], i: usize, unit: f64) -> Self {
+        let p = &state.points[i];
+        let is_held = |j: usize| modes[j] != Mode::Separate;
+        Self {
+            mode: modes[i],
+            stuck: state.sticks(i, modes),
+            partner: state.partner(i, modes),
+            pinned: modes[i] == Mode::Separate
+                && state.twin(i).is_some_and(|j| modes[j] == Mode::Fixed),
+            friction: p.friction,
+            arm: [p.b, p.c],
+            radius: p.radius,
+            leaves_corner: false,
+            centered: p.radius > 0.0
+                && [Some(i), state.second(i)].iter().all(|j| j.is_some_and(is_held)),
+            h: constant(if p.depth > 0.0 { -p.depth } else { p.h }),
+            u: constant(p.u * unit),
+            slip: constant(state.slip(i) * unit),
+            normal: ZERO,
+            tangential: ZERO,
+        }
+    }
+}
+
+impl Track {
+    /// Coefficients k + 1 of the gap, its rate and the sliding speed from coefficient k of v̇ and of ω̇, with b ω̇ − c ω² = (b₀, −c₀)·a and
+    /// c ω̇ + b ω² = (c₀, b₀)·a:
+    ///
+    /// ```text
+    /// u̇ = n·v̇ + b ω̇ − c ω²,   v̇_t = t·v̇ − c ω̇ − b ω²
+    /// ```
+    #[inline]
+    fn advance(&mut self, p: &ContactState, push: &Vector2<f64>, turn: f64, a: [f64; 2], k: usize) {
+        let next = 1.0 / (k + 1) as f64;
+        if self.mode == Mode::Separate {
+            if !self.pinned {
+                self.h[k + 1] = self.u[k] * next;
+                self.u[k + 1] = (p.normal.dot(push) + dot([p.b, -p.c], a)) * next;
+            }
+        } else if !self.stuck {
+            let mut slip = p.tangent.dot(push) - dot([p.c, p.b], a);
+            if p.radius > 0.0 {
+                slip += p.radius * turn;
+            }
+            self.slip[k + 1] = slip * next;
+        }
+    }
+}
+
+/// The unknown forces, at the start. Force l acts along n + slope t, or t, and turns the body by its arm; row m stays zero. A lever b is
+/// (b₀, −c₀)·e, and c is (c₀, b₀)·e, with e = (cos Δθ, sin Δθ).
+struct Unknowns {
+    unknowns: SmallVec<[Unknown; 3]>,
+    row: [Vector2<f64>; 3],
+    slope: [f64; 3],
+    along: [Vector2<f64>; 3],
+    lever: [[f64; 2]; 3],
+    arm: [[f64; 2]; 3],
+    centripetal: [[f64; 2]; 3],
+    /// The constant parts of levers and arms of round contacts: R in −(c − R), slope R in b − slope (c − R).
+    still_lever: [f64; 3],
+    still_arm: [f64; 3],
+    levers: [f64; 3],
+    matrix: Matrix3<f64>,
+}
+
+impl Unknowns {
+    /// `None` if their matrix is singular.
+    #[inline]
+    fn new(independent: &[Row], state: &BodyState, modes: &[Mode]) -> Option<Self> {
+        let unknowns: SmallVec<[Unknown; 3]> = independent.iter().map(|row| row.unknown).collect();
+        let n = unknowns.len();
+        let mut row = [Vector2::zeros(); 3];
+        let (mut slope, mut along) = ([0.0; 3], [Vector2::zeros(); 3]);
+        let (mut lever, mut arm, mut centripetal) = ([[0.0; 2]; 3], [[0.0; 2]; 3], [[0.0; 2]; 3]);
+        let (mut still_lever, mut still_arm) = ([0.0; 3], [0.0; 3]);
+        for (l, &u) in unknowns.iter().enumerate() {
+            let p = &state.points[u.contact];
+            if u.tangential {
+                (row[l], along[l]) = (p.tangent, p.tangent);
+                (lever[l], centripetal[l]) = ([-p.c, -p.b], [p.b, -p.c]);
+            } else {
+                slope[l] = -modes[u.contact].direction() * p.friction;
+                (row[l], along[l]) = (p.normal, p.normal + p.tangent * slope[l]);
+                (lever[l], centripetal[l]) = ([p.b, -p.c], [p.c, p.b]);
+            }
+            if p.radius > 0.0 {
+                let part = if u.tangential { p.radius } else { 0.0 };
+                (still_lever[l], still_arm[l]) = (part, part + slope[l] * p.radius);
+            }
+            arm[l] = [lever[l][0] - slope[l] * p.c, lever[l][1] - slope[l] * p.b];
+        }
+        let levers: [f64; 3] = std::array::from_fn(|m| lever[m][0] + still_lever[m]);
+        let arms: [f64; 3] = std::array::from_fn(|l| arm[l][0] + still_arm[l]);
+        let matrix = Matrix3::from_fn(|i, j| match (i < n, j < n) {
+            (true, true) => levers[i] * arms[j] / state.rho2 + row[i].dot(&along[j]),
+            _ => f64::from(u8::from(i == j)),
+        });
+        // Lengths of the columns before cancellation: a single contact that jams has no other scale.
+        let size: f64 = (0..n)
+            .map(|l| {
+                let (p, bent) = (&state.points[unknowns[l].contact], slope[l].abs());
+                let side = p.tangent * bent;
+                let reach = levers[l].abs() + bent * p.touching_c().abs();
+                let square = |m: usize| {
+                    let push = row[m].dot(&row[l]).abs() + row[m].dot(&side).abs();
+                    let turn = levers[m].abs() * reach / state.rho2;
+                    (push + turn) * (push + turn)
+                };
+                (0..n).map(square).sum::<f64>().sqrt()
+            })
+            .product();
+        (matrix.determinant().abs() > SINGULAR_FRICTION_MATRIX * size).then_some(Self {
+            unknowns,
+            row,
+            slope,
+            along,
+            lever,
+            arm,
+            centripetal,
+            still_lever,
+            still_arm,
+            levers,
+            matrix,
+        })
+    }
+
+    /// The determinant of their matrix as a series that begins positive, and its sign at the start. Without sliding friction it is that of the
+    /// Gram matrix of independent rows, which stays positive: 1 and 0 stand for it.
+    #[inline]
+    fn determinant(&self, rotation: &[[f64; 2]; ORDER], rho2: f64, order: usize) -> (Series, f64) {
+        let n = self.unknowns.len();
+        if self.slope[..n].iter().all(|slope| *slope == 0.0) {
+            return (constant(1.0), 0.0);
+        }
+        let series = |lever: [f64; 2]| rotation.map(|e| dot(lever, e));
+        let (mut levers, mut arms) = (self.lever.map(series), self.arm.map(series));
+        for l in 0..n {
+            levers[l][0] += self.still_lever[l];
+            arms[l][0] += self.still_arm[l];
+        }
+        let mut whole = [[ZERO; 3]; 3];
+        for (i, row) in whole[..n].iter_mut().enumerate() {
+            for (j, entry) in row[..n].iter_mut().enumerate() {
+                for k in 0..order {
+                    entry[k] = product(&levers[i], &arms[j], k) / rho2;
+                }
+                entry[0] = self.matrix[(i, j)];
+            }
+        }
+        with_sign(determinant(&whole, n, order))
+    }
+}
+
+/// A series that begins positive, and the sign that this one begins with.
+pub(super) fn with_sign(determinant: Series) -> (Series, f64) {
+    let side = determinant[0].signum();
+    (if side < 0.0 { determinant.map(|c| -c) } else { determinant }, side)
+}
+
+/// The time, in units, up to which the series hold.
+#[inline]
+fn reach(tracks: &[Track], rotation: &[[f64; 2]; ORDER], omega: &Series, order: usize) -> f64 {
+    let ends = |series: &Series| [0, 1, 2, order - 2, order - 1].map(|k| series[k]);
+    let arms = |lever: [f64; 2]| [0, 1, 2, order - 2, order - 1].map(|k| dot(lever, rotation[k]));
+    let mut all: SmallVec<[[f64; 5]; 17]> = SmallVec::new();
+    all.push(ends(omega));
+    for Track { mode, arm: [b, c], normal, tangential, .. } in tracks {
+        all.extend([arms([*b, -c]), arms([*c, *b])]);
+        if *mode != Mode::Separate {
+            all.extend([ends(normal), ends(tangential)]);
+        }
+    }
+    let reach = radius(&all, f64::EPSILON * 0.1, order);
+    let varies = |series: &Series| series[1..order].iter().any(|c| *c != 0.0);
+    let has_arm = tracks.iter().any(|track| track.arm != [0.0; 2]);
+    let is_turned = has_arm && rotation[1..order].iter().any(|e| *e != [0.0; 2]);
+    let forces = |track: &Track| varies(&track.normal) || varies(&track.tangential);
+    // Nothing turns a disc about the centre of mass out of a constant angular acceleration.
+    let turned = is_turned || has_arm && varies(omega);
+    if turned || tracks.iter().any(forces) { reach.min(LATE) } else { reach }
+}
+
 impl Step {
     /// The Taylor series of the motion from this state on, with a mode for each contact; `None` if the friction matrix is singular.
     /// `order`: the number of coefficients, at most [`ORDER`].
@@ -234,31 +420,8 @@ impl Step {
         unit: f64,
     ) -> Option<Box<Self>> {
         let pull = state.fall * unit * unit;
-        let mut tracks: Vec<Track> = (0..state.points.len())
-            .map(|i| {
-                let p = &state.points[i];
-                Track {
-                    mode: modes[i],
-                    stuck: state.sticks(i, modes),
-                    partner: state.partner(i, modes),
-                    pinned: modes[i] == Mode::Separate
-                        && state.twin(i).is_some_and(|j| modes[j] == Mode::Fixed),
-                    friction: p.friction,
-                    arm: [p.b, p.c],
-                    radius: p.radius,
-                    leaves_corner: false,
-                    centered: p.radius > 0.0
-                        && [Some(i), state.second(i)]
-                            .iter()
-                            .all(|j| j.is_some_and(|j| modes[j] != Mode::Separate)),
-                    h: constant(if p.depth > 0.0 { -p.depth } else { p.h }),
-                    u: constant(p.u * unit),
-                    slip: constant(state.slip(i) * unit),
-                    normal: ZERO,
-                    tangential: ZERO,
-                }
-            })
-            .collect();
+        let mut tracks: Vec<Track> =
+            (0..state.points.len()).map(|i| Track::new(state, modes, i, unit)).collect();
         if !state.sides.is_empty() {
             return Self::with_sides(independent, state, modes, order, unit, tracks);
         }
@@ -274,60 +437,9 @@ impl Step {
         let (mut rotation, mut spun) = ([[0.0; 2]; ORDER], [[0.0; 2]; ORDER]);
         rotation[0] = [1.0, 0.0];
         let mut spin_rate = ZERO; // ω̇
-
-        // Unknown force l acts along n + slope t, or t, and turns the body by its arm; row m stays zero. A lever b is (b₀, −c₀)·e, and
-        // c is (c₀, b₀)·e. `still`: the constant parts of levers and arms of round contacts, R in −(c − R), slope R in b − slope (c − R).
-        let unknowns: SmallVec<[Unknown; 3]> = independent.iter().map(|row| row.unknown).collect();
-        let row = |u: Unknown| {
-            let p = &state.points[u.contact];
-            if u.tangential { p.tangent } else { p.normal }
-        };
-        let slope = |u: Unknown| {
-            let p = &state.points[u.contact];
-            if u.tangential { 0.0 } else { -modes[u.contact].direction() * p.friction }
-        };
-        let n = unknowns.len();
-        let (mut along, mut lever, mut arm, mut centripetal) =
-            ([Vector2::zeros(); 3], [[0.0; 2]; 3], [[0.0; 2]; 3], [[0.0; 2]; 3]);
-        let (mut still_lever, mut still_arm) = ([0.0; 3], [0.0; 3]);
-        for (l, &u) in unknowns.iter().enumerate() {
-            let (p, slope) = (&state.points[u.contact], slope(u));
-            if p.radius > 0.0 {
-                let part = if u.tangential { p.radius } else { 0.0 };
-                (still_lever[l], still_arm[l]) = (part, part + slope * p.radius);
-            }
-            (along[l], lever[l], centripetal[l]) = if u.tangential {
-                (p.tangent, [-p.c, -p.b], [p.b, -p.c])
-            } else {
-                (p.normal + p.tangent * slope, [p.b, -p.c], [p.c, p.b])
-            };
-            arm[l] = [lever[l][0] - slope * p.c, lever[l][1] - slope * p.b];
-        }
-        let levers: [f64; 3] = std::array::from_fn(|m| lever[m][0] + still_lever[m]);
-        let arms: [f64; 3] = std::array::from_fn(|l| arm[l][0] + still_arm[l]);
-        let matrix = Matrix3::from_fn(|i, j| match (i < n, j < n) {
-            (true, true) => levers[i] * arms[j] / state.rho2 + row(unknowns[i]).dot(&along[j]),
-            _ => f64::from(u8::from(i == j)),
-        });
-        // Lengths of the columns before cancellation: a single contact that jams has no other scale.
-        let size: f64 = (0..n)
-            .map(|l| {
-                let (u, bent) = (unknowns[l], slope(unknowns[l]).abs());
-                let side = state.points[u.contact].tangent * bent;
-                let reach = levers[l].abs() + bent * state.points[u.contact].touching_c().abs();
-                let square = |m: usize| {
-                    let axis = row(unknowns[m]);
-                    let push = axis.dot(&row(u)).abs() + axis.dot(&side).abs();
-                    let turn = levers[m].abs() * reach / state.rho2;
-                    (push + turn) * (push + turn)
-                };
-                (0..n).map(square).sum::<f64>().sqrt()
-            })
-            .product();
-        if !(matrix.determinant().abs() > SINGULAR_FRICTION_MATRIX * size) {
-            return None;
-        }
-        let first = Factors::of(matrix, n);
+        let forces = Unknowns::new(independent, state, modes)?;
+        let n = forces.unknowns.len();
+        let first = Factors::of(forces.matrix, n);
         let mut torque = [[0.0; 2]; ORDER]; // Σ arm f, of the forces f and their arms at the start
         for k in 0..order {
             let next = 1.0 / (k + 1) as f64;
@@ -342,26 +454,27 @@ impl Step {
             let twisted = dot_product(&rotation[1..=k], &torque[..k]) / state.rho2;
             let mut right = Vector3::zeros();
             for m in 0..n {
-                right[m] =
-                    dot(centripetal[m], curved) - dot(lever[m], turned) - levers[m] * twisted;
+                right[m] = dot(forces.centripetal[m], curved)
+                    - dot(forces.lever[m], turned)
+                    - forces.levers[m] * twisted;
                 if k == 0 {
-                    right[m] -= row(unknowns[m]).dot(&pull);
+                    right[m] -= forces.row[m].dot(&pull);
                 }
             }
             let solved = first.solve(&right)?;
             let mut push = if k == 0 { pull } else { Vector2::zeros() };
             let mut rolling = 0.0; // moment of the forces with their constant arms
-            for (l, &u) in unknowns.iter().enumerate() {
-                let force = solved[l];
-                push += along[l] * force;
-                rolling += still_arm[l] * force;
-                torque[k] = [torque[k][0] + arm[l][0] * force, torque[k][1] + arm[l][1] * force];
+            for (l, &u) in forces.unknowns.iter().enumerate() {
+                let (force, arm) = (solved[l], forces.arm[l]);
+                push += forces.along[l] * force;
+                rolling += forces.still_arm[l] * force;
+                torque[k] = [torque[k][0] + arm[0] * force, torque[k][1] + arm[1] * force];
                 let track = &mut tracks[u.contact];
                 if u.tangential {
                     track.tangential[k] = force;
                 } else {
                     track.normal[k] = force;
-                    track.tangential[k] += slope(u) * force;
+                    track.tangential[k] += forces.slope[l] * force;
                 }
             }
             if k + 1 == order {
@@ -388,71 +501,14 @@ impl Step {
                 v[axis][k + 1] = push[axis] * next;
             }
             rotation[k + 1] = [-spun[k][1] * next, spun[k][0] * next];
-            // b ω̇ − c ω² = (b₀, −c₀)·a and c ω̇ + b ω² = (c₀, b₀)·a, with a the second derivative of (sin Δθ, −cos Δθ).
+            // The second derivative of (sin Δθ, −cos Δθ).
             let a = [turned[0] + turn - curved[1], turned[1] + curved[0]];
             for (track, p) in tracks.iter_mut().zip(&state.points) {
-                // u̇ = n·v̇ + b ω̇ − c ω²,   v̇_t = t·v̇ − c ω̇ − b ω²
-                if track.mode == Mode::Separate {
-                    if !track.pinned {
-                        track.h[k + 1] = track.u[k] * next;
-                        track.u[k + 1] = (p.normal.dot(&push) + dot([p.b, -p.c], a)) * next;
-                    }
-                } else if !track.stuck {
-                    let mut slip = p.tangent.dot(&push) - dot([p.c, p.b], a);
-                    if p.radius > 0.0 {
-                        slip += p.radius * turn;
-                    }
-                    track.slip[k + 1] = slip * next;
-                }
+                track.advance(p, &push, turn, a, k);
             }
         }
-        let reach = {
-            let ends = |series: &Series| [0, 1, 2, order - 2, order - 1].map(|k| series[k]);
-            let arms =
-                |lever: [f64; 2]| [0, 1, 2, order - 2, order - 1].map(|k| dot(lever, rotation[k]));
-            let mut all: SmallVec<[[f64; 5]; 17]> = SmallVec::new();
-            all.push(ends(&omega));
-            for Track { mode, arm: [b, c], normal, tangential, .. } in &tracks {
-                all.extend([arms([*b, -c]), arms([*c, *b])]);
-                if *mode != Mode::Separate {
-                    all.extend([ends(normal), ends(tangential)]);
-                }
-            }
-            let reach = radius(&all, f64::EPSILON * 0.1, order);
-            let varies = |series: &Series| series[1..order].iter().any(|c| *c != 0.0);
-            let has_arm = tracks.iter().any(|track| track.arm != [0.0; 2]);
-            let is_turned = has_arm && rotation[1..order].iter().any(|e| *e != [0.0; 2]);
-            let forces = |track: &Track| varies(&track.normal) || varies(&track.tangential);
-            // Nothing turns a disc about the centre of mass out of a constant angular acceleration.
-            let turned = is_turned || has_arm && varies(&omega);
-            if turned || tracks.iter().any(forces) { reach.min(LATE) } else { reach }
-        };
-        // Without sliding friction it is the determinant of the Gram matrix of independent rows, which stays positive.
-        let jams = unknowns.iter().any(|&u| slope(u) != 0.0);
-        let mut determinant = if jams {
-            let series = |lever: [f64; 2]| rotation.map(|e| dot(lever, e));
-            let (mut levers, mut arms) = (lever.map(series), arm.map(series));
-            for l in 0..n {
-                levers[l][0] += still_lever[l];
-                arms[l][0] += still_arm[l];
-            }
-            let mut whole = [[ZERO; 3]; 3];
-            for (i, row) in whole[..n].iter_mut().enumerate() {
-                for (j, entry) in row[..n].iter_mut().enumerate() {
-                    for k in 0..order {
-                        entry[k] = product(&levers[i], &arms[j], k) / state.rho2;
-                    }
-                    entry[0] = matrix[(i, j)];
-                }
-            }
-            determinant(&whole, n, order)
-        } else {
-            constant(1.0)
-        };
-        let side = if jams { determinant[0].signum() } else { 0.0 };
-        if side < 0.0 {
-            determinant = determinant.map(|c| -c);
-        }
+        let reach = reach(&tracks, &rotation, &omega, order);
+        let (determinant, side) = forces.determinant(&rotation, state.rho2, order);
         Some(Box::new(Self {
             theta,
             omega,

@@ -18,7 +18,7 @@ use crate::math::series::{Series, ZERO, constant, determinant, product, radius, 
 use crate::modes::Mode;
 use crate::sustained::rows::{Row, Unknown};
 use crate::sustained::side::SideContact;
-use crate::sustained::step::{Factors, Step, Track};
+use crate::sustained::step::{Factors, Step, Track, with_sign};
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::SINGULAR_FRICTION_MATRIX;
 
@@ -79,6 +79,12 @@ struct Force {
 }
 
 impl Force {
+    fn of(unknown: Unknown, points: &[ContactState], modes: &[Mode]) -> Self {
+        let way = modes[unknown.contact].direction();
+        let slope = if unknown.tangential { 0.0 } else { -way * points[unknown.contact].friction };
+        Self { slope, unknown }
+    }
+
     fn direction(&self, frame: &Frame) -> Vectors {
         if self.unknown.tangential {
             return frame.tangent;
@@ -104,6 +110,162 @@ fn lever(unknown: Unknown, frame: &Frame) -> Series {
     if unknown.tangential { frame.c.map(|c| -c) } else { frame.b }
 }
 
+/// The motion of the body: its acceleration, the angular one, ω and ω².
+struct BodySeries<'a> {
+    a: &'a Vectors,
+    alpha: &'a Series,
+    omega: &'a Series,
+    square: &'a Series,
+}
+
+impl Frame {
+    /// What a row lacks at order k, but for the terms of the coefficients k of the accelerations.
+    fn lacks(&self, u: Unknown, track: &Track, body: &BodySeries<'_>, k: usize) -> f64 {
+        let axis = axis(u, self);
+        let curved = match u.tangential {
+            true => product(&self.b, body.square, k),
+            false => product(&self.c, body.square, k),
+        };
+        let turning = match self.turns && !u.tangential {
+            true => 2.0 * product(body.omega, &track.slip, k),
+            false => 0.0,
+        };
+        curved + turning
+            - rest(&axis[0], &body.a[0], k)
+            - rest(&axis[1], &body.a[1], k)
+            - rest(&lever(u, self), body.alpha, k)
+    }
+
+    /// The first coefficients of a row.
+    fn first(&self, u: Unknown) -> (Vector2<f64>, f64) {
+        let axis = axis(u, self);
+        (Vector2::new(axis[0][0], axis[1][0]), lever(u, self)[0])
+    }
+
+    /// Coefficients k + 1 of the motion of a point and of its axes; `e`: of (cos Δθ, sin Δθ). Rates and accelerations use the coefficients up
+    /// to k.
+    fn advance(
+        &mut self,
+        track: &mut Track,
+        p: &ContactState,
+        body: &BodySeries<'_>,
+        [cos, sin]: [f64; 2],
+        k: usize,
+    ) {
+        let next = 1.0 / (k + 1) as f64;
+        let lift = dot(&self.normal, body.a, k) + product(&self.b, body.alpha, k)
+            - product(&self.c, body.square, k);
+        let slide = dot(&self.tangent, body.a, k)
+            - product(&self.c, body.alpha, k)
+            - product(&self.b, body.square, k);
+        let mut turning = [0.0; 2];
+        if self.turns {
+            turning = [
+                -2.0 * product(body.omega, &track.slip, k),
+                2.0 * product(body.omega, &track.u, k),
+            ];
+        }
+        let slips = !track.stuck && (self.turns || track.mode != Mode::Separate);
+        let (rate, slip) = (track.u[k], if slips { track.slip[k] } else { 0.0 });
+        if track.mode == Mode::Separate && !track.pinned {
+            track.h[k + 1] = rate * next;
+            track.u[k + 1] = (lift + turning[0]) * next;
+        }
+        if slips {
+            track.slip[k + 1] = (slide + turning[1]) * next;
+        }
+        if self.turns {
+            let closed = track.mode != Mode::Separate;
+            self.b[k + 1] = -slip * next;
+            self.c[k + 1] = if closed { 0.0 } else { -rate * next };
+            for axis in 0..2 {
+                self.normal[axis][k + 1] = cos * p.normal[axis] - sin * p.tangent[axis];
+                self.tangent[axis][k + 1] = cos * p.tangent[axis] + sin * p.normal[axis];
+            }
+        } else {
+            self.b[k + 1] = p.b * cos - p.c * sin;
+            self.c[k + 1] = p.c * cos + p.b * sin;
+        }
+    }
+}
+
+/// The matrix of the unknown forces; `None` if it is singular beside the lengths of its columns before cancellation.
+fn matrix_of(
+    forces: &[Force],
+    frames: &[Frame],
+    points: &[ContactState],
+    rho2: f64,
+) -> Option<Matrix3<f64>> {
+    let n = forces.len();
+    let entry = |row: &Force, force: &Force| {
+        let (frame, acting) = (&frames[row.unknown.contact], &frames[force.unknown.contact]);
+        dot(axis(row.unknown, frame), &force.direction(acting), 0)
+            + lever(row.unknown, frame)[0] * force.lever(acting)[0] / rho2
+    };
+    let matrix = Matrix3::from_fn(|i, j| match (i < n, j < n) {
+        (true, true) => entry(&forces[i], &forces[j]),
+        _ => f64::from(u8::from(i == j)),
+    });
+    let length = |force: &Force| {
+        let (p, bent) = (&points[force.unknown.contact], force.slope.abs());
+        let reach = match force.unknown.tangential {
+            true => p.c.abs(),
+            false => p.b.abs() + bent * p.c.abs(),
+        };
+        let square = |row: &Force| {
+            let arm = lever(row.unknown, &frames[row.unknown.contact])[0].abs();
+            let term = 1.0 + bent + arm * reach / rho2;
+            term * term
+        };
+        forces.iter().map(square).sum::<f64>().sqrt()
+    };
+    let size: f64 = forces.iter().map(length).product();
+    (matrix.determinant().abs() > SINGULAR_FRICTION_MATRIX * size).then_some(matrix)
+}
+
+/// The time, in units, up to which the series hold.
+fn reach(tracks: &[Track], frames: &[Frame], omega: &Series, order: usize) -> f64 {
+    let ends = |series: &Series| [0, 1, 2, order - 2, order - 1].map(|k| series[k]);
+    let mut all: SmallVec<[[f64; 5]; 17]> = SmallVec::new();
+    all.push(ends(omega));
+    for (frame, track) in frames.iter().zip(tracks) {
+        all.extend([ends(&frame.b), ends(&frame.c)]);
+        if frame.turns {
+            // The turned axes, with unit size.
+            let mut turned = ends(&frame.normal[0]);
+            let other = ends(&frame.normal[1]);
+            turned.iter_mut().zip(other).for_each(|(one, two)| *one = one.abs() + two.abs());
+            all.push(turned);
+            all.push(ends(&track.slip));
+        }
+        if track.mode != Mode::Separate {
+            all.extend([ends(&track.normal), ends(&track.tangential)]);
+        }
+    }
+    radius(&all, f64::EPSILON * 0.1, order).min(LONGEST)
+}
+
+/// The determinant of the matrix of the forces as a series that begins positive, and its sign at the start; 1 and 0 without sliding friction,
+/// where it stays positive.
+fn determinant_of(forces: &[Force], frames: &[Frame], rho2: f64, order: usize) -> (Series, f64) {
+    if forces.iter().all(|force| force.slope == 0.0) {
+        return (constant(1.0), 0.0);
+    }
+    let mut whole = [[ZERO; 3]; 3];
+    for (i, row) in forces.iter().enumerate() {
+        let frame = &frames[row.unknown.contact];
+        for (j, force) in forces.iter().enumerate() {
+            let acting = &frames[force.unknown.contact];
+            let turned = times(&lever(row.unknown, frame), &force.lever(acting), order);
+            let direction = force.direction(acting);
+            for k in 0..order {
+                whole[i][j][k] = dot(axis(row.unknown, frame), &direction, k) + turned[k] / rho2;
+            }
+        }
+    }
+    with_sign(determinant(&whole, forces.len(), order))
+}
+
 impl Step {
     /// As `in_units`, with corners of the ground on sides.
     pub(super) fn with_sides(
@@ -126,61 +288,15 @@ impl Step {
         let mut rotation = [[0.0; 2]; ORDER];
         rotation[0] = [1.0, 0.0];
         let (mut a, mut alpha, mut square) = ([ZERO; 2], ZERO, ZERO);
-        let forces: SmallVec<[Force; 3]> = independent
-            .iter()
-            .map(|row| {
-                let unknown = row.unknown;
-                let p = &points[unknown.contact];
-                let way = modes[unknown.contact].direction();
-                Force { slope: if unknown.tangential { 0.0 } else { -way * p.friction }, unknown }
-            })
-            .collect();
+        let forces: SmallVec<[Force; 3]> =
+            independent.iter().map(|row| Force::of(row.unknown, points, modes)).collect();
         let n = forces.len();
-        // The matrix of the unknown forces, and the lengths of its columns before cancellation.
-        let entry = |row: &Force, force: &Force| {
-            let (frame, acting) = (&frames[row.unknown.contact], &frames[force.unknown.contact]);
-            dot(axis(row.unknown, frame), &force.direction(acting), 0)
-                + lever(row.unknown, frame)[0] * force.lever(acting)[0] / rho2
-        };
-        let matrix = Matrix3::from_fn(|i, j| match (i < n, j < n) {
-            (true, true) => entry(&forces[i], &forces[j]),
-            _ => f64::from(u8::from(i == j)),
-        });
-        let length = |force: &Force| {
-            let (p, bent) = (&points[force.unknown.contact], force.slope.abs());
-            let reach = match force.unknown.tangential {
-                true => p.c.abs(),
-                false => p.b.abs() + bent * p.c.abs(),
-            };
-            let square = |row: &Force| {
-                let arm = lever(row.unknown, &frames[row.unknown.contact])[0].abs();
-                let term = 1.0 + bent + arm * reach / rho2;
-                term * term
-            };
-            forces.iter().map(square).sum::<f64>().sqrt()
-        };
-        let size: f64 = forces.iter().map(length).product();
-        if !(matrix.determinant().abs() > SINGULAR_FRICTION_MATRIX * size) {
-            return None;
-        }
-        let factors = Factors::of(matrix, n);
+        let factors = Factors::of(matrix_of(&forces, &frames, points, rho2)?, n);
         let parallel = state.parallel(independent);
         let mut solved = [ZERO; 3];
         for k in 0..order {
             let next = 1.0 / (k + 1) as f64;
             square[k] = product(&omega, &omega, k);
-            // The right-hand side of a row.
-            let curved = |u: Unknown| {
-                let frame = &frames[u.contact];
-                if u.tangential {
-                    return product(&frame.b, &square, k);
-                }
-                let turning = match frame.turns {
-                    true => 2.0 * product(&omega, &tracks[u.contact].slip, k),
-                    false => 0.0,
-                };
-                product(&frame.c, &square, k) + turning
-            };
             let directions: SmallVec<[(Vectors, Series); 3]> = forces
                 .iter()
                 .map(|force| {
@@ -196,31 +312,17 @@ impl Step {
                 push.y += rest(&direction[1], force, k);
                 turn += rest(arm, force, k) / rho2;
             }
-            // What a row lacks, but for the terms of a_k and α_k.
-            let lacks = |u: Unknown| {
+            let body = BodySeries { a: &a, alpha: &alpha, omega: &omega, square: &square };
+            let row = |u: Unknown| {
                 let frame = &frames[u.contact];
-                let axis = axis(u, frame);
-                curved(u)
-                    - rest(&axis[0], &a[0], k)
-                    - rest(&axis[1], &a[1], k)
-                    - rest(&lever(u, frame), &alpha, k)
+                (frame.first(u), frame.lacks(u, &tracks[u.contact], &body, k))
             };
-            let first = |u: Unknown| {
-                let frame = &frames[u.contact];
-                let axis = axis(u, frame);
-                (Vector2::new(axis[0][0], axis[1][0]), lever(u, frame)[0])
-            };
-            let lacking: SmallVec<[f64; 3]> = forces.iter().map(|row| lacks(row.unknown)).collect();
-            let normals = parallel.map(|pair| {
-                pair.map(|contact| {
-                    let unknown = Unknown { contact, tangential: false };
-                    (first(unknown), lacks(unknown))
-                })
-            });
+            let normals = parallel
+                .map(|pair| pair.map(|contact| row(Unknown { contact, tangential: false })));
             let mut right = Vector3::zeros();
-            for (m, row) in forces.iter().enumerate() {
-                let (axis, lever) = first(row.unknown);
-                right[m] = lacking[m] - axis.dot(&push) - lever * turn;
+            for (m, force) in forces.iter().enumerate() {
+                let ((axis, lever), lacking) = row(force.unknown);
+                right[m] = lacking - axis.dot(&push) - lever * turn;
             }
             let force = factors.solve(&right)?;
             for (l, (direction, arm)) in directions.iter().enumerate() {
@@ -254,91 +356,13 @@ impl Step {
             let spun = [0, 1]
                 .map(|part: usize| (0..=k).map(|j| rotation[j][part] * omega[k - j]).sum::<f64>());
             rotation[k + 1] = [-spun[1] * next, spun[0] * next];
-            for (i, (track, frame)) in tracks.iter_mut().zip(&mut frames).enumerate() {
-                let p = &points[i];
-                let [cos, sin] = rotation[k + 1];
-                // Rates and accelerations use the coefficients up to k.
-                let lift = dot(&frame.normal, &a, k) + product(&frame.b, &alpha, k)
-                    - product(&frame.c, &square, k);
-                let slide = dot(&frame.tangent, &a, k)
-                    - product(&frame.c, &alpha, k)
-                    - product(&frame.b, &square, k);
-                let mut turning = [0.0; 2];
-                if frame.turns {
-                    turning = [
-                        -2.0 * product(&omega, &track.slip, k),
-                        2.0 * product(&omega, &track.u, k),
-                    ];
-                }
-                let slips = !track.stuck && (frame.turns || track.mode != Mode::Separate);
-                let (rate, slip) = (track.u[k], if slips { track.slip[k] } else { 0.0 });
-                if track.mode == Mode::Separate && !track.pinned {
-                    track.h[k + 1] = rate * next;
-                    track.u[k + 1] = (lift + turning[0]) * next;
-                }
-                if slips {
-                    track.slip[k + 1] = (slide + turning[1]) * next;
-                }
-                if frame.turns {
-                    let closed = track.mode != Mode::Separate;
-                    frame.b[k + 1] = -slip * next;
-                    frame.c[k + 1] = if closed { 0.0 } else { -rate * next };
-                    for axis in 0..2 {
-                        frame.normal[axis][k + 1] = cos * p.normal[axis] - sin * p.tangent[axis];
-                        frame.tangent[axis][k + 1] = cos * p.tangent[axis] + sin * p.normal[axis];
-                    }
-                } else {
-                    frame.b[k + 1] = p.b * cos - p.c * sin;
-                    frame.c[k + 1] = p.c * cos + p.b * sin;
-                }
+            let body = BodySeries { a: &a, alpha: &alpha, omega: &omega, square: &square };
+            for ((track, frame), p) in tracks.iter_mut().zip(&mut frames).zip(points) {
+                frame.advance(track, p, &body, rotation[k + 1], k);
             }
         }
-        let reach = {
-            let ends = |series: &Series| [0, 1, 2, order - 2, order - 1].map(|k| series[k]);
-            let mut all: SmallVec<[[f64; 5]; 17]> = SmallVec::new();
-            all.push(ends(&omega));
-            for (frame, track) in frames.iter().zip(&tracks) {
-                all.extend([ends(&frame.b), ends(&frame.c)]);
-                if frame.turns {
-                    // The turned axes, with unit size.
-                    let mut turned = ends(&frame.normal[0]);
-                    let other = ends(&frame.normal[1]);
-                    turned
-                        .iter_mut()
-                        .zip(other)
-                        .for_each(|(one, two)| *one = one.abs() + two.abs());
-                    all.push(turned);
-                    all.push(ends(&track.slip));
-                }
-                if track.mode != Mode::Separate {
-                    all.extend([ends(&track.normal), ends(&track.tangential)]);
-                }
-            }
-            radius(&all, f64::EPSILON * 0.1, order).min(LONGEST)
-        };
-        let jams = forces.iter().any(|force| force.slope != 0.0);
-        let mut det = constant(1.0);
-        let mut side = 0.0;
-        if jams {
-            let mut whole = [[ZERO; 3]; 3];
-            for (i, row) in forces.iter().enumerate() {
-                let frame = &frames[row.unknown.contact];
-                for (j, force) in forces.iter().enumerate() {
-                    let acting = &frames[force.unknown.contact];
-                    let turned = times(&lever(row.unknown, frame), &force.lever(acting), order);
-                    let direction = force.direction(acting);
-                    for k in 0..order {
-                        whole[i][j][k] =
-                            dot(axis(row.unknown, frame), &direction, k) + turned[k] / rho2;
-                    }
-                }
-            }
-            det = determinant(&whole, n, order);
-            side = det[0].signum();
-            if side < 0.0 {
-                det = det.map(|c| -c);
-            }
-        }
+        let reach = reach(&tracks, &frames, &omega, order);
+        let (determinant, side) = determinant_of(&forces, &frames, rho2, order);
         let turning = frames
             .into_iter()
             .enumerate()
@@ -355,7 +379,7 @@ impl Step {
             r,
             v,
             tracks,
-            determinant: det,
+            determinant,
             side,
             unit,
             reach,
