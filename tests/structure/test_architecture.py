@@ -135,6 +135,22 @@ def used_in_python(texts: Sources) -> dict[str, set[str]]:
     return uses
 
 
+def used_in_core(texts: Sources) -> dict[str, set[str]]:
+    """The files of its own room that each file of the core imports by name."""
+    uses = {}
+    for file, text in texts.items():
+        home, _, _ = file.rpartition("/")
+        path = "::".join(["crate", *home.split("/")]) if home else "crate"
+        names = re.findall(rf"\b(?:{path}|super)::(\w+)::", text)
+        own = {f"{home}/{name}.rs" if home else f"{name}.rs" for name in names}
+        uses[file] = own & set(texts)
+    return uses
+
+
+def test_no_files_of_a_room_of_the_core_use_one_another():
+    assert circles(used_in_core(sources())) == []
+
+
 def test_no_files_of_the_binding_or_of_the_package_use_one_another():
     assert circles(used_in_binding(binding())) == []
     assert circles(used_in_python(python())) == []
@@ -148,6 +164,10 @@ def test_a_circle_is_found():
     texts = python()
     texts["units"] += "\nfrom standfast.maps import sweep\n"
     assert {"units", "maps"} <= set(circles(used_in_python(texts)))
+    texts = sources()
+    texts["motion/record.rs"] += "use crate::motion::driver::Driver;"
+    found = circles(used_in_core(texts))
+    assert {"motion/record.rs", "motion/driver.rs"} <= set(found)
     texts = binding()
     texts["convert"] += "\nuse crate::run::PyRun;\n"
     assert {"convert", "run"} <= set(circles(used_in_binding(texts)))

@@ -270,6 +270,19 @@ impl Options {
         self.impact == Impact::Moreau && self.policy() == Simultaneous::Together
     }
 
+    /// Returns true if a motion has at most two contacts, which are points, impacts without friction and terrain without ends. Two contacts at
+    /// one point (ψ = 1) are excluded: no impact separates them.
+    pub(crate) fn is_plain(&self, posture: &Posture) -> bool {
+        let apart = match posture.geometry() {
+            [one, two] => one.apart(two, 1.0) > 0.0,
+            few => few.len() <= 1,
+        };
+        apart
+            && self.is_frictionless(posture)
+            && posture.ground(0).is_none()
+            && !posture.has_rounds()
+    }
+
     /// Returns true if impacts act along the normal of one contact that approaches, or of two, so that two contacts need no more than their
     /// gaps and rates. No contact jams without friction.
     pub(crate) fn is_frictionless(&self, posture: &Posture) -> bool {

@@ -7,9 +7,9 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::body::contact::Contact;
-use crate::body::posture::{GroundKind, Posture, PostureFields};
+use crate::body::fields::{GroundKind, PostureFields};
+use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::body::terrain;
 use crate::error::{Error, quoted};
 use crate::excitation::{Excitation, GroundMotion, Kick};
 use crate::file::read::{in_file, read_whole};
@@ -69,7 +69,7 @@ struct File {
     #[serde(
         default,
         skip_serializing_if = "Vec::is_empty",
-        deserialize_with = "terrain::deserialize_some"
+        deserialize_with = "crate::serial::values::vertices"
     )]
     terrain: Vec<Vertex>,
     /// Without a terrain: "own", each contact has its own line, or "shared", all contacts meet one line without ends, of their slope, through
@@ -116,7 +116,7 @@ struct BodyTable {
     #[serde(
         default,
         skip_serializing_if = "Vec::is_empty",
-        deserialize_with = "terrain::deserialize_some"
+        deserialize_with = "crate::serial::values::vertices"
     )]
     outline: Vec<Vertex>,
 }

@@ -17,7 +17,8 @@ use nalgebra::Vector2;
 
 use crate::body::chain::{Base, Chain, JointKind};
 use crate::body::contact::direction;
-use crate::body::mechanism::{ContactRows, Mechanism, MechanismFields};
+use crate::body::fields::{ContactRows, MechanismFields};
+use crate::body::mechanism::Mechanism;
 use crate::error::{Error, finite};
 use crate::math::unsigned_zero::UnsignedZero;
 

@@ -13,9 +13,9 @@
 
 use nalgebra::{DMatrix, DVector, Vector2};
 
+use crate::body::fields::MechanismFields;
 use crate::body::geometry::ContactGeometry;
 use crate::body::local_model::LocalModel;
-use crate::body::mechanism::MechanismFields;
 use crate::error::Error;
 use crate::math::mass_vector::{Coordinates, MassVector, independent};
 use crate::math::unsigned_zero::UnsignedZero;

@@ -4,7 +4,8 @@ use nalgebra::Vector2;
 use serde::Serialize;
 
 use crate::body::contact::Contact;
-use crate::body::posture::{GroundKind, Posture};
+use crate::body::fields::GroundKind;
+use crate::body::posture::Posture;
 use crate::math::turn::Turn;
 use crate::serial::numbers::extended_pair;
 use crate::tolerance::SAME_LINE;

@@ -6,7 +6,7 @@ use smallvec::SmallVec;
 use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::body::terrain::{End, Ground, Piece, Place, place_error};
+use crate::body::terrain::{End, Ground, Piece, Place, Under, place_error};
 use crate::math::turn::Turn;
 use crate::tolerance::{FINAL_GAP_ROUNDINGS, PLACE, TOUCH};
 
@@ -15,15 +15,6 @@ pub(crate) type Stance = Vec<SmallVec<[ContactGeometry; 2]>>;
 
 /// Largest number of contacts in convex vertices for which both pieces are tried. Further contacts stay on the piece that faces up more.
 pub(crate) const MOST_IN_VERTICES: usize = 8;
-
-/// A contact on the piece of terrain under it.
-pub(crate) struct Under {
-    pub(crate) place: Place,
-    /// Constants of the contact on this piece.
-    pub(crate) geometry: ContactGeometry,
-    /// Whether there is a piece under the contact. If there is none, the geometry is that of the nearest piece.
-    pub(crate) exists: bool,
-}
 
 impl Posture {
     /// Contact `i` on the piece of terrain under it at `q`. In a convex vertex this is the piece that faces up more.

@@ -16,7 +16,7 @@
 use serde::Serialize;
 
 use crate::body::chain::{Chain, JointKind};
-use crate::body::mechanism::ContactRows;
+use crate::body::fields::ContactRows;
 use crate::error::Error;
 use crate::math::least_distance::nearest;
 use crate::math::orthonormal::{add_scaled, complement, dot, factors};

@@ -17,6 +17,7 @@ use nalgebra::DVector;
 use serde::{Deserialize, Serialize};
 
 use crate::body::contact_space::ContactSpace;
+use crate::body::fields::{ContactRows, MechanismFields};
 use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::posture::{MAX_CONTACTS, Posture};
 use crate::error::{Error, finite, friction, in_range, restitution};
@@ -26,54 +27,6 @@ use crate::tolerance::ASYMMETRY;
 
 /// The largest number of coordinates of a mechanism.
 pub const MAX_DOF: usize = 100;
-
-/// The Jacobian rows of one contact, its friction and its restitution.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ContactRows {
-    /// N (dof): rate of the gap per unit velocity of each coordinate, in m/s over the unit of the velocity.
-    pub normal: Vec<f64>,
-    /// T (dof): sliding velocity per unit velocity of each coordinate, likewise. With the tangent t = (cos, sin) of the ground, to the right,
-    /// and its normal n = (−sin, cos), N = nᵀJ and T = tᵀJ, where J is the Jacobian of the contact point.
-    pub tangential: Vec<f64>,
-    /// Coefficient of friction μ, from 0 to 1e6, dimensionless.
-    #[serde(default)]
-    pub friction: f64,
-    /// Coefficient of restitution in [0, 1), dimensionless; `None` takes the mechanism's.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub restitution: Option<f64>,
-    /// Tangential restitution in [0, 1), dimensionless. Only some impact laws use it.
-    #[serde(default, skip_serializing_if = "is_zero")]
-    pub tangential_restitution: f64,
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
-}
-
-/// The fields of a mechanism, before validation. SI units: kg, m, s, rad; the units of row and column of a coordinate follow from its own, m
-/// or rad.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct MechanismFields {
-    /// M (dof, dof), symmetric; positive definite in the coordinates that are not locked.
-    pub mass_matrix: Vec<Vec<f64>>,
-    /// Bτ − h (dof): the generalised forces without those of the contacts, at rest, in N or N m. Gravity acts downwards: in the coordinate
-    /// of the height of a floating base its part is −m g.
-    pub load: Vec<f64>,
-    /// The contacts, numbered from 1. All of them touch at q = 0.
-    pub contacts: Vec<ContactRows>,
-    /// Coefficient of restitution e in [0, 1), dimensionless.
-    #[serde(default)]
-    pub restitution: f64,
-    /// Coordinates that do not move, counted from 0.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub locked: Vec<usize>,
-    /// Inertia (dof) added to the diagonal of M, in kg m² or kg; empty: none.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub armature: Vec<f64>,
-}
 
 /// A mechanism with frictional contacts, in a posture. Every field is validated once.
 ///

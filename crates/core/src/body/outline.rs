@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::body::contact::Contact;
-use crate::body::posture::PostureFields;
+use crate::body::fields::PostureFields;
 use crate::body::terrain::{MAX_VERTICES, meeting};
 use crate::error::{Error, finite};
 use crate::tolerance::{EDGE_DEPTH, SAME_VERTEX};
@@ -241,7 +241,7 @@ pub(crate) fn checked_polygon(field: &str, vertices: &[[f64; 2]]) -> Result<f64,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::posture::GroundKind;
+    use crate::body::fields::GroundKind;
     use crate::math::random::Random;
 
     /// An L of two unit squares on the right of and above a third one, its corner at the origin.

@@ -16,19 +16,19 @@
 use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Vector2, Vector3};
-use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::body::contact::{Contact, PerContact};
 use crate::body::contact_space::ContactSpace;
+use crate::body::fields::{GroundKind, PostureFields};
 use crate::body::geometry::{ContactGeometry, couplings};
-use crate::body::ground::Under;
 use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::outline::Outline;
 use crate::body::own_ground::OwnGround;
 use crate::body::state::State;
 use crate::body::terrain;
 use crate::body::terrain::Ground;
+use crate::body::terrain::Under;
 use crate::error;
 use crate::error::{Error, finite, in_range, positive, restitution};
 use crate::math::turn::Turn;
@@ -82,85 +82,6 @@ struct Cached(OnceLock<Arc<ContactSpace>>);
 impl PartialEq for Cached {
     fn eq(&self, _: &Self) -> bool {
         true
-    }
-}
-
-/// The fields of a posture, before validation. SI units.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PostureFields {
-    /// Mass m > 0, in kg.
-    pub mass: f64,
-    /// Radius of gyration ρ > 0, in m.
-    pub gyration_radius: f64,
-    /// Nominal centre of mass x, world axes, in m.
-    pub center_of_mass: [f64; 2],
-    /// The contacts, numbered from 1.
-    pub contacts: Vec<Contact>,
-    /// Coefficient of restitution e in [0, 1), dimensionless.
-    pub restitution: f64,
-    /// Gravity g ≥ 0, downwards, in m/s².
-    pub gravity: f64,
-    /// Vertices of the terrain, world axes, in m: a polyline that does not meet itself, with the ground on its right. With x increasing it is
-    /// a ground without walls. Each contact touches the piece under it or, where there are walls, the nearest one; `slope` and `segment` of
-    /// the contacts follow from the terrain. If there are no vertices, each contact touches only its own line, see [`Contact`].
-    #[serde(
-        default,
-        skip_serializing_if = "Vec::is_empty",
-        deserialize_with = "terrain::deserialize_some"
-    )]
-    pub terrain: Vec<[f64; 2]>,
-    /// Without a terrain: whether each contact has its own line, or all share one.
-    #[serde(
-        default,
-        skip_serializing_if = "GroundKind::is_own",
-        deserialize_with = "crate::serial::values::word"
-    )]
-    pub ground: GroundKind,
-    /// Corners of the polygon of the body in its nominal posture, in order, in m; none: nothing but the contacts is known of its shape. A
-    /// corner of the body meets the ground only if it is a contact. Where a corner of the ground meets a side of the polygon, the option
-    /// [`Edges`](crate::options::Edges) says what happens: by default the side is a contact of the run.
-    #[serde(
-        default,
-        skip_serializing_if = "Vec::is_empty",
-        deserialize_with = "terrain::deserialize_some"
-    )]
-    pub outline: Vec<[f64; 2]>,
-}
-
-impl Default for PostureFields {
-    /// 1 kg on level ground without restitution, with g = 9.81 m/s². `gyration_radius` and `contacts` have no default:
-    /// [`Posture::new`] refuses the zero and the empty list that stand for them.
-    fn default() -> Self {
-        Self {
-            mass: 1.0,
-            gyration_radius: 0.0,
-            center_of_mass: [0.0; 2],
-            contacts: Vec::new(),
-            restitution: 0.0,
-            gravity: 9.81,
-            terrain: Vec::new(),
-            ground: GroundKind::default(),
-            outline: Vec::new(),
-        }
-    }
-}
-
-/// The ground of a posture without a terrain.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum GroundKind {
-    /// Each contact meets only the line of its own slope through its own point.
-    #[default]
-    Own,
-    /// All contacts meet one straight line without ends. It has their slope, which must be one, and goes through the lowest contact.
-    Shared,
-}
-
-impl GroundKind {
-    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-    pub(crate) fn is_own(&self) -> bool {
-        *self == Self::Own
     }
 }
 

@@ -9,8 +9,9 @@
 use nalgebra::Vector2;
 
 use crate::body::contact::Contact;
+use crate::body::fields::{GroundKind, PostureFields};
 use crate::body::outline::checked_polygon;
-use crate::body::posture::{GroundKind, MAX_CONTACTS, Posture, PostureFields};
+use crate::body::posture::{MAX_CONTACTS, Posture};
 use crate::error::{Error, positive};
 
 /// The properties of a body other than its shape: see [`Posture::rod`], [`block`](Posture::block), [`disc`](Posture::disc) and

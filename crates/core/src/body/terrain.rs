@@ -18,11 +18,10 @@ use std::cmp::Ordering;
 use std::f64::consts::PI;
 
 use nalgebra::Vector2;
-use serde::de::Error as _;
-use serde::{Deserialize, Deserializer};
 
 use crate::body::contact::{Contact, direction};
-use crate::body::posture::PostureFields;
+use crate::body::fields::PostureFields;
+use crate::body::geometry::ContactGeometry;
 use crate::error::{Error, finite};
 use crate::math::orientation::{along, area, precise_area};
 use crate::tolerance::{DISC_POINT, SAME_VERTEX, STRAIGHT_VERTEX};
@@ -477,21 +476,13 @@ impl Ground {
     }
 }
 
-/// Reads a list of vertices. An empty list is an error: ground without vertices is written by leaving the list out.
-///
-/// # Errors
-///
-/// An empty list.
-pub(crate) fn deserialize_some<'de, D, V>(deserializer: D) -> Result<Vec<V>, D::Error>
-where
-    D: Deserializer<'de>,
-    V: Deserialize<'de>,
-{
-    let vertices = Vec::deserialize(deserializer)?;
-    if vertices.is_empty() {
-        return Err(D::Error::invalid_length(0, &"vertices; leave an empty list out"));
-    }
-    Ok(vertices)
+/// A contact on the piece of terrain under it.
+pub(crate) struct Under {
+    pub(crate) place: Place,
+    /// Constants of the contact on this piece.
+    pub(crate) geometry: ContactGeometry,
+    /// Whether there is a piece under the contact. If there is none, the geometry is that of the nearest piece.
+    pub(crate) exists: bool,
 }
 
 /// Checks the vertices and returns the pieces between the corners.

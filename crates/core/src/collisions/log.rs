@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::body::contact::ContactLetters;
+use crate::flight::parabola_touchdown;
 use crate::math::clock::Clock;
 use crate::modes::Mode;
 use crate::options::Options;
@@ -286,6 +287,24 @@ pub(crate) fn names(contacts: impl Iterator<Item = usize>) -> String {
         [one] => format!("contact {one}"),
         [most @ .., last] => format!("contacts {} and {last}", most.join(", ")),
     }
+}
+
+/// The contacts on the ground, or the next landing and its speed, in words, with this gravity into each of `count` contacts.
+pub(crate) fn next_landing(count: usize, gaps: &Gaps, gravity: [f64; 2]) -> String {
+    let stays = |&i: &usize| gaps.h[i] == 0.0 && gaps.u[i] == 0.0;
+    if (0..count).any(|i| stays(&i)) {
+        return format!("with {} on the ground", names((0..count).filter(stays)));
+    }
+    let after = |i: usize| {
+        if i < count { parabola_touchdown(gaps.h[i], gaps.u[i], gravity[i]) } else { f64::INFINITY }
+    };
+    let first = usize::from(after(1) < after(0));
+    if !after(first).is_finite() {
+        return "no contact lands any more".into();
+    }
+    let (h, u) = (gaps.h[first], gaps.u[first]);
+    let speed = (u * u + 2.0 * gravity[first] * h).max(0.0).sqrt();
+    format!("{} lands next, at about {}", names(std::iter::once(first)), in_words(speed))
 }
 
 #[cfg(test)]

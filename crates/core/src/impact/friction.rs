@@ -59,6 +59,22 @@ struct Piece {
     tangential: f64,
 }
 
+/// A contact that takes part in an impact.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Party {
+    /// (u_t, u_n) before the impact, u_n ≤ 0, in m/s.
+    pub(crate) before: [f64; 2],
+    pub(crate) material: Material,
+}
+
+impl Party {
+    /// ξ (tangential, normal) without impulses.
+    pub(crate) fn needs(&self) -> [f64; 2] {
+        let Material { restitution: e, tangential_restitution: e_t, .. } = self.material;
+        [(1.0 + e_t) * self.before[0], (1.0 + e) * self.before[1]]
+    }
+}
+
 /// Routh's process: one straight piece up to the normal impulse `change`, and another one from there on.
 #[derive(Debug, Clone, Copy)]
 struct Process {

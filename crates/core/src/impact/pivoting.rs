@@ -8,7 +8,7 @@
 //!
 //! Ties of the ratio test are broken lexicographically, so that the method does not cycle.
 
-use crate::impact::together::Party;
+use crate::impact::friction::Party;
 use crate::tolerance::PIVOT_ZERO;
 
 /// Largest number of pivots for each unknown.

@@ -17,7 +17,7 @@
 use smallvec::SmallVec;
 
 use crate::body::contact::ContactValues;
-use crate::impact::friction::Material;
+use crate::impact::friction::Party;
 use crate::impact::pivoting;
 use crate::math::least_distance::nearest;
 use crate::tolerance::{DEPENDENT_IMPULSES, ONE_VELOCITY, WITHIN_LAW};
@@ -33,22 +33,6 @@ pub(crate) const SEVERAL: &str = "the law of impact allowed several velocities a
 
 /// The warning of a run in which the law had no solution.
 pub(crate) const NONE_TOGETHER: &str = "the law of impact has no solution for all contacts that were hit together, because friction can press them against each other; they were hit one after the other";
-
-/// A contact that takes part.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Party {
-    /// (u_t, u_n) before the impact, u_n ≤ 0, in m/s.
-    pub(crate) before: [f64; 2],
-    pub(crate) material: Material,
-}
-
-impl Party {
-    /// ξ (tangential, normal) without impulses.
-    pub(crate) fn needs(&self) -> [f64; 2] {
-        let Material { restitution: e, tangential_restitution: e_t, .. } = self.material;
-        [(1.0 + e_t) * self.before[0], (1.0 + e) * self.before[1]]
-    }
-}
 
 /// The impact.
 #[derive(Debug, Clone, PartialEq)]
@@ -333,6 +317,7 @@ fn eliminate(m: &mut [f64], n: usize, sizes: &[f64]) -> Option<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::impact::friction::Material;
     use crate::math::random::Random;
 
     /// A contact of a body of 1 kg with ρ = 1: (t, −c) and (n, b).

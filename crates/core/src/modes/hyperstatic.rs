@@ -9,7 +9,8 @@ use crate::math::simplex::maximise;
 use crate::modes::answer::{Forces, ModeAnswer};
 use crate::modes::flats::{Flat, Plane};
 use crate::modes::judge::judge;
-use crate::modes::rows::{Problem, Row};
+use crate::modes::rows::Row;
+use crate::modes::scaled::Problem;
 use crate::modes::words::{Mode, Word};
 use crate::tolerance::{DEPENDENT_ROW, TIE};
 

@@ -1,7 +1,7 @@
 //! Tests whether the accelerations and forces of a word are consistent with it.
 
 use crate::modes::answer::{Forces, Margin, ModeAnswer, test};
-use crate::modes::rows::Problem;
+use crate::modes::scaled::Problem;
 use crate::modes::words::Word;
 use crate::outcome::ContactNumber;
 use crate::tolerance::{CONE_TIE_ACCELERATION, FIXED_ACCELERATION, TIE};

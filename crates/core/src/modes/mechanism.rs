@@ -16,8 +16,10 @@ use crate::body::{ContactSpace, Mechanism};
 use crate::error::Error;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::modes::answer::{Forces, ModeAnswer};
-use crate::modes::pair::{self, Squeeze};
-use crate::modes::rows::{Problem, Row, scale};
+use crate::modes::pair;
+use crate::modes::rows::{Row, scale};
+use crate::modes::scaled::Problem;
+use crate::modes::squeeze::Squeeze;
 use crate::modes::words::{Mode, Word};
 use crate::modes::{Jamming, Method, Modes, enumerate, only_mode, painleve, sealed, solved};
 

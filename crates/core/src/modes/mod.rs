@@ -15,8 +15,10 @@ mod problem;
 #[cfg(feature = "qp")]
 mod qp;
 mod rows;
+mod scaled;
 #[cfg(feature = "qp")]
 mod smallest;
+mod squeeze;
 mod words;
 
 pub use crate::tolerance::TIE;
@@ -36,7 +38,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::rows::Problem;
+use crate::modes::scaled::Problem;
 use crate::serial::shown_as_str;
 
 shown_as_str!(Status);

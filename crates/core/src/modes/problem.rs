@@ -20,8 +20,9 @@ use crate::body::state::State;
 use crate::error::{Error, LARGEST, finite, friction, in_range, positive};
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::pair::Squeeze;
-use crate::modes::rows::{Problem, Row, scale};
+use crate::modes::rows::{Row, scale};
+use crate::modes::scaled::Problem;
+use crate::modes::squeeze::Squeeze;
 use crate::modes::{Method, Mode, ModeAnswer, contact_modes};
 use crate::tolerance::{TOUCH, UNIT_TANGENT};
 

@@ -20,7 +20,7 @@ use crate::error::Error;
 use crate::math::mass_vector::MassVector;
 use crate::modes::answer::{Condition, ModeAnswer};
 use crate::modes::enumerate::solve;
-use crate::modes::rows::Problem;
+use crate::modes::scaled::Problem;
 use crate::modes::words::{Mode, Word};
 use crate::tolerance::QP_ZERO;
 

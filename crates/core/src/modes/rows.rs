@@ -1,36 +1,8 @@
-//! The rows of contacts in the metric of the mass, of a body (three coordinates) or of a mechanism (any number), and what the solvers of
-//! contact modes ask of a problem.
+//! The rows of contacts in the metric of the mass, of a body (three coordinates) or of a mechanism (any number).
 
 use nalgebra::{Vector2, Vector3};
 
 use crate::math::mass_vector::MassVector;
-use crate::modes::pair::Squeeze;
-
-/// What the solvers ask of a problem. All values are scaled unless a function says otherwise.
-pub(super) trait Problem {
-    /// Accelerations, in coordinates in which the mass is the identity.
-    type V: MassVector;
-
-    fn rows(&self) -> &[Row<Self::V>];
-
-    /// Acceleration without contact forces.
-    fn load(&self) -> &Self::V;
-
-    /// Number of coordinates of an acceleration that is not scaled.
-    fn coordinates(&self) -> usize;
-
-    /// Acceleration from its scaled form, in m/s² and rad/s².
-    fn acceleration(&self, y: &Self::V) -> Vec<f64>;
-
-    /// Force (tangential, normal) at a contact from its scaled form, in N.
-    fn force(&self, index: usize, scaled: [f64; 2]) -> [f64; 2];
-
-    /// Internal force of two fixed contacts from its scaled form, in N.
-    fn internal_force(&self, scaled: f64) -> f64;
-
-    /// The forces of two fixed contacts that cause this change of the acceleration.
-    fn squeeze(&self, closed: [usize; 2], rest: &Self::V) -> Squeeze;
-}
 
 /// One contact in the mass metric. A body has the coordinates (x, y, ρθ) and rows divided by ν = √(1 + (d×n)²/ρ²), so that the normal row
 /// has length one; accelerations are divided by ν and by the scale of the problem. The mass cancels. The rows of a mechanism are divided by

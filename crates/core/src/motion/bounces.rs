@@ -44,6 +44,7 @@ use crate::modes::Mode;
 use crate::motion::driver::Driver;
 use crate::motion::moving::Moving;
 use crate::motion::record::Tail;
+use crate::motion::series::{Bounces, Retry};
 use crate::options::Impact;
 use crate::outcome::{Outcome, ZenoMethod};
 use crate::sustained::edges::EdgeWatch;
@@ -384,52 +385,6 @@ impl Bouncing<'_> {
     }
 }
 
-/// Impacts of one contact, one after the other.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Bounces {
-    point: usize,
-    /// Number of the last of them among all impacts of the run.
-    last: usize,
-    hits: usize,
-    /// Number of them at which to try to sum.
-    next: usize,
-    /// The largest speed of the body after them, in m/s.
-    fastest: f64,
-}
-
-/// When to try again to sum.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Retry {
-    /// Once the error of the polynomial, which is this many times too large, has become small enough.
-    Smaller(f64),
-    /// Something else stands against it now.
-    Later,
-}
-
-impl Bounces {
-    /// Adds the impact with this number. Whether to try to sum now; for the first time after `first` impacts in succession.
-    pub(super) fn follow(&mut self, point: usize, number: usize, first: usize) -> bool {
-        if !(self.hits > 0 && point == self.point && number == self.last + 1) {
-            *self = Self { point, next: first, ..Self::default() };
-        }
-        self.last = number;
-        self.hits += 1;
-        self.hits >= self.next
-    }
-
-    /// Waits for another attempt. Each bounce divides the error by e to the degree of the polynomial, or less.
-    pub(super) fn wait(&mut self, retry: Retry, restitution: f64) {
-        let wait = match retry {
-            Retry::Smaller(error) => {
-                let loss = -libm::log(restitution) * DEGREE as f64;
-                ((libm::log(error) / loss) as usize).saturating_add(1)
-            }
-            Retry::Later => self.hits,
-        };
-        self.next = self.hits.saturating_add(wait);
-    }
-}
-
 /// The end of a sum of bounces.
 #[derive(Debug, Clone)]
 pub(super) struct Settled {
@@ -520,7 +475,7 @@ impl Driver<'_> {
         match found {
             Ok(end) => Some(self.settle_at(i, end)),
             Err(retry) => {
-                self.bounces.wait(retry, material.restitution);
+                self.bounces.wait(retry, material.restitution, DEGREE);
                 None
             }
         }
@@ -539,7 +494,7 @@ impl Driver<'_> {
         match self.limit_of_bounces(&body, i, [0.0, 1.0], material, fastest) {
             Ok(end) => Some(end),
             Err(retry) => {
-                self.bounces.wait(retry, restitution);
+                self.bounces.wait(retry, restitution, DEGREE);
                 None
             }
         }

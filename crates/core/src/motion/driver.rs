@@ -15,21 +15,19 @@ use std::collections::BTreeSet;
 
 use crate::body::contact::{ContactLetters, ContactValues, PerContact};
 use crate::body::posture::Posture;
-use crate::collisions::log::{LastImpacts, Log, names};
+use crate::collisions::log::{LastImpacts, Log, names, next_landing};
 use crate::error::Error;
 use crate::flight::LOST_PHASE;
 use crate::impact::friction::NO_FRICTION;
 use crate::math::clock::Clock;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::modes::{Jamming, Mode};
-use crate::motion::bounces::Bounces;
-use crate::motion::ground::Ground;
+use crate::motion::cycles::{Lap, NestedSequence};
+use crate::motion::ground::{Ground, OnGround};
 use crate::motion::ground_watch::GroundWatch;
 use crate::motion::moving::{Moving, REFRESH};
-use crate::motion::nested::{Lap, NestedSequence};
-use crate::motion::plain::{is_plain, next_landing};
 use crate::motion::record::{Moment, Motion, Record, Span, Tail};
-use crate::motion::slow::{InstantImpacts, SlowContacts, chatter_warning};
+use crate::motion::series::{Bounces, InstantImpacts, SlowContacts, chatter_warning};
 use crate::motion::subject::Subject;
 use crate::options::{Edges, Impact, Jams, Options};
 use crate::outcome::{Cause, ContactNumber, ContactSet, End, FirstZeno, Outcome};
@@ -112,7 +110,7 @@ impl<'a> Driver<'a> {
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
-        let plain = is_plain(posture, options);
+        let plain = options.is_plain(posture);
         let ground = Ground::new(posture, &state, plain);
         let mut run =
             Self::new(Moving::Turning(Box::new(state)), subject, options, warnings, cancel);
@@ -171,6 +169,26 @@ impl<'a> Driver<'a> {
             vague: 0,
             lap: None,
         }
+    }
+
+    /// The body over its ground; `None` for constant rows.
+    pub(super) fn on_ground(&mut self) -> Option<OnGround<'_, 'a>> {
+        let Self { state, ground, resting, edges, sequence, record, log, cause, options, .. } =
+            self;
+        let Moving::Turning(state) = state else { return None };
+        let (ground, fastest) = (ground.as_mut()?, self.fastest);
+        Some(OnGround {
+            state,
+            ground,
+            resting,
+            edges,
+            sequence,
+            record,
+            log,
+            cause,
+            options,
+            fastest,
+        })
     }
 
     /// Runs from the start to the outcome.

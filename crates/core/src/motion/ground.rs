@@ -6,11 +6,10 @@ use crate::collisions::log::Log;
 use crate::flight::is_lost;
 use crate::math::mass_vector::Coordinates;
 use crate::modes::Mode;
-use crate::motion::driver::Driver;
 use crate::motion::lines::{Line, lines_of};
 use crate::motion::moving::{Moving, REFRESH};
 use crate::motion::record::{Motion, Record};
-use crate::motion::slow::InstantImpacts;
+use crate::motion::series::InstantImpacts;
 use crate::options::Options;
 use crate::outcome::{Cause, Outcome};
 use crate::sustained::edges::{EdgeWatch, Path};
@@ -51,28 +50,6 @@ pub(super) struct OnGround<'d, 'a> {
     pub(super) options: &'d Options,
     /// The largest speed so far, in m/s.
     pub(super) fastest: f64,
-}
-
-impl<'a> Driver<'a> {
-    /// The body over its ground; `None` for constant rows.
-    pub(super) fn on_ground(&mut self) -> Option<OnGround<'_, 'a>> {
-        let Self { state, ground, resting, edges, sequence, record, log, cause, options, .. } =
-            self;
-        let Moving::Turning(state) = state else { return None };
-        let (ground, fastest) = (ground.as_mut()?, self.fastest);
-        Some(OnGround {
-            state,
-            ground,
-            resting,
-            edges,
-            sequence,
-            record,
-            log,
-            cause,
-            options,
-            fastest,
-        })
-    }
 }
 
 impl OnGround<'_, '_> {

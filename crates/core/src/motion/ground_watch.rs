@@ -190,7 +190,7 @@ impl GroundWatch {
 mod tests {
     use super::*;
     use crate::body::contact::Contact;
-    use crate::body::posture::{GroundKind, PostureFields};
+    use crate::body::fields::{GroundKind, PostureFields};
 
     /// A box beside the ridge of a roof of 45 degrees, over it, and with one of its corners below a piece.
     #[test]

@@ -2,8 +2,10 @@
 
 use crate::body::contact::ContactValues;
 use crate::collisions::log::names;
-use crate::impact::friction::{self, NO_FRICTION, plastic_jam, slides_in_impact, watch_energy};
-use crate::impact::together::{NONE_TOGETHER, Party, SEVERAL, Together, all_closed, together};
+use crate::impact::friction::{
+    self, NO_FRICTION, Party, plastic_jam, slides_in_impact, watch_energy,
+};
+use crate::impact::together::{NONE_TOGETHER, SEVERAL, Together, all_closed, together};
 use crate::math::clock::Clock;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::motion::driver::Driver;

@@ -7,9 +7,6 @@
 use nalgebra::Vector2;
 
 use crate::body::posture::Posture;
-use crate::motion::ground::OnGround;
-use crate::sustained::ContactState;
-use crate::sustained::rows::Between;
 use crate::tolerance::ON_A_LINE;
 
 /// The points on a straight line of the body, in order along it: at least three. Each with its place on the line, in m.
@@ -43,58 +40,4 @@ pub(super) fn lines_of(posture: &Posture) -> Vec<Line> {
         }
     }
     lines
-}
-
-impl OnGround<'_, '_> {
-    /// The outermost contacts over the piece of ground of a contact that is between two others there.
-    fn outer(&self, j: usize) -> Option<Between> {
-        let points = &self.state.points;
-        let alike = |k: usize| {
-            let (one, other) = (&points[j], &points[k]);
-            let is_over = |p: &ContactState| p.h < f64::INFINITY && p.depth == 0.0;
-            one.normal == other.normal
-                && one.place.piece == other.place.piece
-                && is_over(one)
-                && is_over(other)
-        };
-        self.ground.lines.iter().find_map(|line| {
-            let at = line.iter().position(|(k, _)| *k == j)?;
-            let (i, from) = *line[..at].iter().find(|(k, _)| alike(*k))?;
-            let (k, to) = *line[at + 1..].iter().rfind(|(k, _)| alike(*k))?;
-            Some(Between { outer: [i, k], weight: (to - line[at].1) / (to - from) })
-        })
-    }
-
-    /// Returns true if a contact is between two others over its piece of ground: it does not land before they do.
-    pub(super) fn is_between(&self, j: usize) -> bool {
-        self.outer(j).is_some()
-    }
-
-    /// Closes the contacts between two others that are closed.
-    pub(super) fn land_between(&mut self) {
-        if self.ground.lines.is_empty() {
-            return;
-        }
-        for j in 0..self.ground.contacts {
-            let points = &self.state.points;
-            let closed = |outer: [usize; 2]| outer.into_iter().all(|k| points[k].h == 0.0);
-            if self.outer(j).is_some_and(|between| closed(between.outer)) {
-                self.state.points[j].h = 0.0;
-            }
-        }
-    }
-
-    /// Sets the gaps and rates of contacts between others to the weighted means.
-    pub(super) fn follow_outer(&mut self) {
-        if self.ground.lines.is_empty() {
-            return;
-        }
-        for j in 0..self.ground.contacts {
-            let Some(between) = self.outer(j) else { continue };
-            let points = &mut self.state.points;
-            let of = between.outer.map(|k| (points[k].h, points[k].u, points[k].rounding));
-            let p = &mut points[j];
-            (p.h, p.u, p.rounding) = between.mean(of);
-        }
-    }
 }

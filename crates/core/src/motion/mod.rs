@@ -2,6 +2,7 @@
 
 mod arrivals;
 mod bounces;
+mod cycles;
 mod driver;
 mod ground;
 mod ground_watch;
@@ -9,10 +10,11 @@ mod impacts;
 mod lines;
 pub(crate) mod moving;
 mod nested;
-pub(crate) mod plain;
+mod plain;
 pub(crate) mod record;
 pub(crate) mod replay;
 mod rest;
+mod series;
 mod sides;
 mod slow;
 mod stages;

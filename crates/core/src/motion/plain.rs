@@ -2,11 +2,9 @@
 
 use nalgebra::Vector2;
 
-use crate::body::posture::Posture;
 use crate::collisions::full::{FullCollisions, FullState, PairBody};
 use crate::collisions::local::{LocalCollisions, LoopExit, are_one, fly_for};
-use crate::collisions::log::{Collision, in_words, names};
-use crate::flight::parabola_touchdown;
+use crate::collisions::log::Collision;
 use crate::impact::newton::{self, Hit, SequenceEnd};
 use crate::math::clock::Clock;
 use crate::math::mass_vector::MassVector;
@@ -14,44 +12,13 @@ use crate::motion::bounces::Settled;
 use crate::motion::driver::Driver;
 use crate::motion::moving::Moving;
 use crate::motion::record::Tail;
-use crate::options::{Impact, Options, Simultaneous};
+use crate::options::{Impact, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Outcome, ZenoMethod};
 use crate::tolerance::REACHED;
 use crate::zeno::{FrozenModel, Gaps, Impulses};
 
 /// Impacts of one instant that are listed one by one.
 const LISTED: usize = 64;
-
-/// Returns true if a motion has at most two contacts, which are points, impacts without friction and terrain without ends. Two contacts at
-/// one point (ψ = 1) are excluded: no impact separates them.
-pub(crate) fn is_plain(posture: &Posture, options: &Options) -> bool {
-    let apart = match posture.geometry() {
-        [one, two] => one.apart(two, 1.0) > 0.0,
-        few => few.len() <= 1,
-    };
-    apart
-        && options.is_frictionless(posture)
-        && posture.ground(0).is_none()
-        && !posture.has_rounds()
-}
-
-/// The contacts on the ground, or the next landing and its speed, in words, with this gravity into each of `count` contacts.
-pub(super) fn next_landing(count: usize, gaps: &Gaps, gravity: [f64; 2]) -> String {
-    let stays = |&i: &usize| gaps.h[i] == 0.0 && gaps.u[i] == 0.0;
-    if (0..count).any(|i| stays(&i)) {
-        return format!("with {} on the ground", names((0..count).filter(stays)));
-    }
-    let after = |i: usize| {
-        if i < count { parabola_touchdown(gaps.h[i], gaps.u[i], gravity[i]) } else { f64::INFINITY }
-    };
-    let first = usize::from(after(1) < after(0));
-    if !after(first).is_finite() {
-        return "no contact lands any more".into();
-    }
-    let (h, u) = (gaps.h[first], gaps.u[first]);
-    let speed = (u * u + 2.0 * gravity[first] * h).max(0.0).sqrt();
-    format!("{} lands next, at about {}", names(std::iter::once(first)), in_words(speed))
-}
 
 impl Driver<'_> {
     /// The constants of the fast loops of a body that turns, if these are exact.

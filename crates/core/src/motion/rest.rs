@@ -3,9 +3,9 @@
 use crate::body::contact::{ContactLetters, ContactValues, PerContact};
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::modes::Mode;
+use crate::motion::cycles::SlowLanding;
 use crate::motion::driver::Driver;
 use crate::motion::moving::Moving;
-use crate::motion::nested::SlowLanding;
 use crate::motion::record::{Moment, Record, ZenoRecord};
 use crate::options::Stop;
 use crate::outcome::{Cause, Outcome, ZenoMethod};

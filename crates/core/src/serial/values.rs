@@ -106,3 +106,20 @@ where
         D::Error::invalid_length(values.len(), &expected.as_str())
     })
 }
+
+/// Reads a list of vertices. An empty list is an error: ground without vertices is written by leaving the list out.
+///
+/// # Errors
+///
+/// An empty list.
+pub(crate) fn vertices<'de, D, V>(deserializer: D) -> Result<Vec<V>, D::Error>
+where
+    D: Deserializer<'de>,
+    V: Deserialize<'de>,
+{
+    let all = Vec::deserialize(deserializer)?;
+    if all.is_empty() {
+        return Err(D::Error::invalid_length(0, &"vertices; leave an empty list out"));
+    }
+    Ok(all)
+}

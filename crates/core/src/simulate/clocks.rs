@@ -235,8 +235,9 @@ fn counted(frames: f64) -> String {
 mod tests {
     use super::*;
     use crate::body::contact::Contact;
+    use crate::body::fields::PostureFields;
     use crate::body::local_model::{LocalModel, LocalModelFields, LocalState};
-    use crate::body::posture::{Posture, PostureFields};
+    use crate::body::posture::Posture;
     use crate::body::state::State;
     use crate::options::{Options, Stop};
     use crate::simulate::{simulate, simulate_local};

@@ -4,7 +4,6 @@ use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::error::{Error, LARGEST, in_range};
 use crate::modes::LONGEST_ARM;
-use crate::motion::plain::is_plain;
 use crate::options::{Impact, Options, Stop};
 
 /// Checks the landing speeds of several contacts, |u| + √(2gh). Collisions in turn compute products of three of them, which must
@@ -76,7 +75,7 @@ const ROUGHEST: f64 = 1e6;
 /// Refuses motions that are not supported; the error names the field.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     reachable(posture.fields().gravity, options)?;
-    if options.certify && !is_plain(posture, options) {
+    if options.certify && !options.is_plain(posture) {
         return Err(Error::Unusable {
             field: "certify".into(),
             value: "true".into(),

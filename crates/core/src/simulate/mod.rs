@@ -145,7 +145,7 @@ mod tests {
     use crate::body::GroundKind;
     use crate::body::Lamina;
     use crate::body::contact::Contact;
-    use crate::body::posture::PostureFields;
+    use crate::body::fields::PostureFields;
     use crate::options::MOST_RECORDED;
     use crate::outcome::Outcome;
     use crate::simulate::start::never_turns;

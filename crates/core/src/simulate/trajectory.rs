@@ -25,7 +25,6 @@ use crate::outcome::{
     Cause, ContactKind, ContactNumber, ContactSet, Enclosure, ImpactRecord, Instant, ModelReason,
     Outcome, Phase, RunContact, ZenoKind, ZenoPoint,
 };
-use crate::simulate::reader::Reader;
 use crate::simulate::{Simulation, simulate_local_until, simulate_mechanism_until};
 use crate::sustained::BodyState;
 use crate::sustained::frozen::Frozen;
@@ -585,44 +584,38 @@ impl Trajectory {
             + self.record.impacts.partition_point(|impact| early(impact.clock))
     }
 
-    /// The motion of the run at any times; faster than the functions below if there are many.
-    #[must_use]
-    pub fn reader(&self) -> Reader<'_> {
-        Reader::new(self)
-    }
-
-    /// The motion at time `t`: see [`Reader::at`].
+    /// The motion at time `t`: see [`Reader::at`](crate::simulate::Reader::at).
     ///
     /// # Errors
     ///
-    /// As [`Reader::at`].
+    /// As [`Reader::at`](crate::simulate::Reader::at).
     pub fn at(&self, t: f64) -> Result<Instant, Error> {
         self.reader().at(t)
     }
 
-    /// The contact forces at time `t`: see [`Reader::forces`].
+    /// The contact forces at time `t`: see [`Reader::forces`](crate::simulate::Reader::forces).
     ///
     /// # Errors
     ///
-    /// As [`Reader::at`].
+    /// As [`Reader::at`](crate::simulate::Reader::at).
     pub fn forces(&self, t: f64) -> Result<Vec<[f64; 2]>, Error> {
         self.reader().forces(t)
     }
 
-    /// The positions of the contact points at time `t`: see [`Reader::points`].
+    /// The positions of the contact points at time `t`: see [`Reader::points`](crate::simulate::Reader::points).
     ///
     /// # Errors
     ///
-    /// As [`Reader::at`].
+    /// As [`Reader::at`](crate::simulate::Reader::at).
     pub fn points(&self, t: f64) -> Result<Vec<[f64; 2]>, Error> {
         self.reader().points(t)
     }
 
-    /// The energy at time `t`: see [`Reader::energy`].
+    /// The energy at time `t`: see [`Reader::energy`](crate::simulate::Reader::energy).
     ///
     /// # Errors
     ///
-    /// As [`Reader::at`].
+    /// As [`Reader::at`](crate::simulate::Reader::at).
     pub fn energy(&self, t: f64) -> Result<f64, Error> {
         self.reader().energy(t)
     }

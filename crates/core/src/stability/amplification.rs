@@ -458,7 +458,8 @@ fn between(metric: &Metric, j: usize, drift: I) -> [Form; 3] {
 mod tests {
     use super::*;
     use crate::body::contact::Contact;
-    use crate::body::posture::{Posture, PostureFields};
+    use crate::body::fields::PostureFields;
+    use crate::body::posture::Posture;
     use crate::body::state::State;
     use crate::options::{Model, Options, Stop};
     use crate::simulate::simulate;

@@ -3,7 +3,8 @@
 use serde::{Deserialize, Serialize};
 
 use crate::body::contact::Contact;
-use crate::body::posture::{GroundKind, Posture, PostureFields};
+use crate::body::fields::{GroundKind, PostureFields};
+use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;

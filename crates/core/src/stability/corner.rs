@@ -26,7 +26,8 @@ use smallvec::SmallVec;
 
 use crate::body::Mechanism;
 use crate::body::contact::{Contact, quarter_turns};
-use crate::body::posture::{Posture, PostureFields};
+use crate::body::fields::PostureFields;
+use crate::body::posture::Posture;
 use crate::enclosure;
 use crate::math::ball::Ball;
 use crate::math::interval::Interval;

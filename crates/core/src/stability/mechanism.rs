@@ -10,7 +10,7 @@
 //! A_ji g_i/A_ii > g_j); both lift (g < 0).
 
 use crate::body::contact::Contact;
-use crate::body::mechanism::ContactRows;
+use crate::body::fields::ContactRows;
 use crate::body::{Mechanism, Posture, PostureFields};
 use crate::error::Error;
 use crate::math::interval::Interval;

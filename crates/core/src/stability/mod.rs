@@ -770,7 +770,7 @@ fn rescaled(mut cycle: Vec<CornerStep>, map: &CornerMap) -> Vec<CornerStep> {
 mod tests {
     use super::*;
     use crate::body::contact::Contact;
-    use crate::body::posture::PostureFields;
+    use crate::body::fields::PostureFields;
 
     /// Kinematic-strong, but unstable at e = 0.26; stable at e = 0.05.
     pub(super) fn odd(restitution: f64) -> Posture {

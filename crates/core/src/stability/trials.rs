@@ -7,8 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::Mechanism;
 use crate::body::contact::Contact;
+use crate::body::fields::PostureFields;
 use crate::body::geometry::ContactGeometry;
-use crate::body::posture::{Posture, PostureFields};
+use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::Error;
 use crate::math::mass_vector::{Coordinates, MassVector};

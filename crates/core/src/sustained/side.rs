@@ -287,7 +287,7 @@ impl BodyState {
 mod tests {
     use super::*;
     use crate::body::contact::Contact;
-    use crate::body::posture::{GroundKind, PostureFields};
+    use crate::body::fields::{GroundKind, PostureFields};
     use crate::collisions::log::{Center, Spin};
     use crate::math::random::Random;
 

@@ -12,7 +12,7 @@ use crate::math::series::{
 };
 use crate::modes::Mode;
 use crate::sustained::rows::{AGREES, Row, Unknown};
-use crate::sustained::turning::TurningPoint;
+use crate::sustained::side::SideContact;
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{
     DRIFT, DRIFT_ENERGY, HULL_EDGE, OVER_VERTEX, SINGULAR_FRICTION_MATRIX, TOUCH,
@@ -181,6 +181,23 @@ impl BodyState {
             }
         };
         modes.iter().enumerate().map(event).fold(f64::INFINITY, f64::min) / self.unit_of_time()
+    }
+}
+
+/// A corner of the ground on a side, as series.
+#[derive(Debug, Clone)]
+pub(super) struct TurningPoint {
+    /// The point.
+    pub(super) point: usize,
+    pub(super) side: SideContact,
+    pub(super) normal: [Series; 2],
+    pub(super) b: Series,
+    pub(super) c: Series,
+}
+
+impl TurningPoint {
+    pub(super) fn tangent(&self) -> [Series; 2] {
+        [self.normal[1], self.normal[0].map(|n| -n)]
     }
 }
 

@@ -17,8 +17,7 @@ use crate::math::roots::ORDER;
 use crate::math::series::{Series, ZERO, constant, determinant, product, radius, times};
 use crate::modes::Mode;
 use crate::sustained::rows::{Row, Unknown};
-use crate::sustained::side::SideContact;
-use crate::sustained::step::{Factors, Step, Track, with_sign};
+use crate::sustained::step::{Factors, Step, Track, TurningPoint, with_sign};
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::SINGULAR_FRICTION_MATRIX;
 
@@ -27,23 +26,6 @@ const LONGEST: f64 = 8.0;
 
 /// A vector as a series.
 type Vectors = [Series; 2];
-
-/// A corner of the ground on a side, as series.
-#[derive(Debug, Clone)]
-pub(super) struct TurningPoint {
-    /// The point.
-    pub(super) point: usize,
-    pub(super) side: SideContact,
-    pub(super) normal: Vectors,
-    pub(super) b: Series,
-    pub(super) c: Series,
-}
-
-impl TurningPoint {
-    pub(super) fn tangent(&self) -> Vectors {
-        [self.normal[1], self.normal[0].map(|n| -n)]
-    }
-}
 
 /// Axes and arm of a point as series.
 struct Frame {

@@ -1,6 +1,6 @@
 //! The parameters of a posture and of a chain, by their paths.
 
-use crate::body::posture::PostureFields;
+use crate::body::fields::PostureFields;
 use crate::body::{Base, Chain, ChainFields, GroundKind, JointKind, Posture};
 use crate::error::Error;
 use crate::sweep::unusable;
