@@ -250,7 +250,8 @@ def enlarged(posture, run, rows, left):
 def test_the_end_of_ever_smaller_rounds_is_as_exact_as_it_says():
     """The local model has no scale: parts of the end, enlarged, end at the same time, with much smaller errors."""
     wrong, compared = {}, 0
-    for seed in range(POSTURES):
+    # In posture 200 the ratio of the landing speeds repeats before that of the durations does.
+    for seed in {*range(POSTURES), 200}:
         posture, q, qdot = posture_and_state(seed, 0.9)
         run = sf.simulate(posture, q, qdot, model="local", time_limit=20.0)
         if run.outcome != "rest" or run.zeno_points[-1].method != "nested":

@@ -292,6 +292,10 @@ pub(crate) const SEQUENCE_RATIO_ROUNDINGS: f64 = 64.0;
 /// correct. Range: 1e-12 to 1e-6.
 pub(crate) const SUMMED_VELOCITY: f64 = 1e-8;
 
+/// Growth of the largest speed by impacts of one instant from which on they end the run: a law that raises the energy of a wedged body does so
+/// without bound. Unit: the largest speed before them. Range: 1e3 to 1e9.
+pub(crate) const RUNS_AWAY: f64 = 1e6;
+
 /// Ratio of the largest speeds of two successive blocks of 256 impacts below which the speeds count as constant. Contacts that lose a
 /// hundredth of their speed in each impact have a larger ratio. Range: 2 to 100.
 pub(crate) const SLOWER_STRETCH: f64 = 8.0;

@@ -14,6 +14,9 @@ use crate::motion::record::ListedImpact;
 use crate::options::{Impact, Jams, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Outcome};
 
+/// The warning of a run whose impacts of one instant become ever faster.
+const RUN_AWAY: &str = "the law of impact makes impacts of one instant ever faster, and no motion follows: with other restitution, or with \"poisson\" or \"stronge\", a run can go on";
+
 /// Impulses (tangential, normal) of contacts.
 type Impulses = Vec<(usize, [f64; 2])>;
 
@@ -26,6 +29,10 @@ impl Driver<'_> {
         let coming = self.arriving(coming);
         if coming.is_empty() {
             return None; // past a convex vertex
+        }
+        if self.sequence.runs_away(self.log.clock, self.fastest) {
+            self.warn_once(RUN_AWAY.into());
+            return Some(Outcome::Inconsistent);
         }
         let arriving: ContactValues<usize> =
             coming.iter().copied().filter(|&i| !self.resting[i]).collect();

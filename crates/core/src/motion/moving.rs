@@ -254,10 +254,10 @@ impl Moving {
         moved.v
     }
 
-    /// How much cycles change within the time `t` because the geometry turns: a relative change. `before`: the velocity one cycle before;
-    /// `longer`: by how much the last cycle was longer than the ratio of cycles makes it, relative.
+    /// How much cycles change within the time `t`: a relative change. `before`: the velocity one cycle before; `longer`: by how much the last
+    /// cycle was longer than the ratio of cycles makes it, relative. Geometry that turns changes them, too.
     pub(crate) fn turned(&self, before: &Coordinates, t: f64, longer: f64) -> f64 {
-        self.turning().map_or(0.0, |body| {
+        self.turning().map_or(longer, |body| {
             let angle = body.spin.omega.abs().max(vector(before).z.abs()) * t;
             (angle * angle).max(longer)
         })

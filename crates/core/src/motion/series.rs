@@ -7,8 +7,8 @@ use crate::collisions::log::{in_words, names};
 use crate::math::clock::Clock;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::tolerance::{
-    CONTACT_STOPPED, HIT_IN_TURN, SELF_SIMILAR, SEQUENCE_RATIO_ROUNDINGS, SLOWER_STRETCH,
-    SUMMED_VELOCITY,
+    CONTACT_STOPPED, HIT_IN_TURN, RUNS_AWAY, SELF_SIMILAR, SEQUENCE_RATIO_ROUNDINGS,
+    SLOWER_STRETCH, SUMMED_VELOCITY,
 };
 
 /// Impacts of one instant that are simulated one by one before a limit is searched for.
@@ -19,6 +19,8 @@ pub(super) const LISTED: usize = 64;
 pub(super) struct InstantImpacts {
     clock: Clock,
     hits: usize,
+    /// The largest speed before them, in m/s.
+    began: f64,
     /// Number of points of the body.
     count: usize,
     /// One cycle for each point and piece of ground that have hit each other at this instant, since their last impact. A contact in a
@@ -55,12 +57,23 @@ impl InstantImpacts {
     /// None so far; `dimensions`: of a change of velocity.
     pub(super) fn none(dimensions: usize) -> Self {
         let zero = Coordinates::zeros(dimensions);
-        Self { clock: Clock::default(), hits: 0, count: 0, cycles: Vec::new(), zero }
+        Self { clock: Clock::default(), hits: 0, began: 0.0, count: 0, cycles: Vec::new(), zero }
     }
 
     /// Returns true if there has been an impact at this instant.
     pub(super) fn goes_on(&self, clock: Clock) -> bool {
         self.hits > 0 && self.clock == clock
+    }
+
+    /// Returns true if point `i` has been hit more than once at this instant.
+    pub(super) fn is_hit_in_turn(&self, i: usize, clock: Clock) -> bool {
+        let again = |cycle: &SinceLastHit| cycle.point == i && cycle.before.is_some();
+        self.clock == clock && self.cycles.iter().any(again)
+    }
+
+    /// Returns true if the impacts of this instant have become so much faster that nothing stops them.
+    pub(super) fn runs_away(&self, clock: Clock, fastest: f64) -> bool {
+        self.clock == clock && self.hits > LISTED && fastest > RUNS_AWAY * self.began
     }
 
     /// Adds a change of velocity.
@@ -99,6 +112,9 @@ impl InstantImpacts {
         fastest: f64,
     ) -> GoesOn {
         if self.clock != clock || self.count != rates.len() {
+            if self.clock != clock || self.hits == 0 {
+                self.began = fastest;
+            }
             (self.clock, self.hits, self.count) = (clock, 0, rates.len());
             self.cycles.clear();
         }

@@ -105,14 +105,16 @@ impl Driver<'_> {
         };
         let speeds: ContactValues<f64> = self.state.points().zip(&pulls).map(speed).collect();
         let (slow, watched) = self.slow.stopping(hit, &speeds, limit);
+        let is_hit_in_turn = |i: usize| slow[i] && self.sequence.is_hit_in_turn(i, self.log.clock);
+        let in_turn = (0..count).filter(|&i| is_hit_in_turn(i)).count() > 1;
         let (mut stopped, mut error) = (ContactValues::<usize>::new(), 0.0_f64);
         let mut stops: ContactValues<bool> =
             self.state.points().map(|point| point == (0.0, 0.0)).collect();
         for (i, &speed) in speeds.iter().enumerate().filter(|(i, _)| slow[*i]) {
             stops[i] = true;
             let loss = 1.0 - self.state.material(i).restitution;
-            // A contact with upward effective gravity does not come to rest.
-            if !self.resting[i] && pulls[i] >= 0.0 {
+            // A contact with upward effective gravity does not come to rest by itself. Contacts that are hit in turn stop each other.
+            if in_turn && is_hit_in_turn(i) || !self.resting[i] && pulls[i] >= 0.0 {
                 if pulls[i] > 0.0 {
                     error = error.max(2.0 * speed / (pulls[i] * loss));
                 }
