@@ -146,9 +146,9 @@ RUNS = {
             impact="poisson",
             simultaneous=IN_TURN,
         ),
-        "Infinitely many impacts on contact 2 in one instant, at t = {t} s",
+        "Infinitely many impacts on contacts 1 and 2 in one instant, at t = {t} s",
         "Zeno points (infinitely many impacts end), contacts on the ground from the start",
-        "; 64 collisions, 1 Zeno point (1-zeno at 0.108",
+        "; 64 collisions, 1 Zeno point (2-zeno at 0.108",
         False,
     ),
     "a bounce that another law follows to its end": (
