@@ -51,3 +51,30 @@ def test_a_body_and_its_mechanism_move_as_one():
         np.testing.assert_allclose(one.q, other.q, rtol=0, atol=1e-13)
         nested += len(one.zeno_points) > 1
     assert nested > SCENES / 10
+
+
+def test_contacts_at_one_point_move_as_one():
+    """A contact that is listed twice changes no motion, and each of the two has the gap, the letter and half of the force of the one."""
+    feet = [sf.Contact((-0.3, 0), friction=0.4), sf.Contact((0.5, 0), friction=0.4)]
+    body = {"mass": 1.0, "gyration_radius": 0.4, "center_of_mass": (0.1, 0.6), "restitution": 0.5}  # fmt: skip
+    start = {"q": (0, 0.1, 0.01), "qdot": (0.1, 0, -0.2), "model": "local"}
+    for law in ("newton", "moreau", "stronge"):
+        one = sf.simulate(sf.Posture(contacts=feet, **body), impact=law, **start)
+        two = sf.simulate(
+            sf.Posture(contacts=[feet[0], *feet], **body), impact=law, **start
+        )
+        assert (one.outcome, two.outcome) == ("rest", "rest")
+        np.testing.assert_allclose(two.q, one.q, atol=1e-12)
+        assert abs(two.elapsed - one.elapsed) <= 1e-12
+        t = one.elapsed / 2
+        np.testing.assert_allclose(
+            two.gaps_at(t)[[0, 1, 2]], one.gaps_at(t)[[0, 0, 1]], atol=1e-12
+        )
+        assert two.phases[-1].mode == one.phases[-1].mode[0] + one.phases[-1].mode
+        np.testing.assert_allclose(
+            two.forces_at(two.time)[[0, 2]],
+            one.forces_at(one.time) * [[0.5], [1]],
+            atol=1e-9,
+        )
+        assert all(len(before) == 3 for before in two.impacts["rates_before"])
+        assert {1, 3} == set(two.impacts["contact"].tolist())

@@ -53,7 +53,7 @@ pub(crate) struct Rows {
     pub(crate) friction: Vec<f64>,
     /// The gaps at y = 0, in m: h_i = N_i y + offset_i.
     offset: Vec<f64>,
-    /// The model of the gaps of one or two contacts whose normal rows are independent.
+    /// The model of the gaps of one or two contacts whose normal rows are independent; `None` if several contacts are at one point.
     pub(crate) gaps: Option<FrozenModel>,
     /// Contacts whose gaps are weighted means of two others.
     between: ContactValues<Option<Between>>,
@@ -81,7 +81,9 @@ impl Rows {
         let contacts: Vec<usize> = posture.distinct().collect();
         let (all, offset) =
             contacts.iter().map(|&i| (material(i), posture.geometry()[i].offset)).unzip();
-        Self::new(posture.contact_space(), contacts, all, offset)
+        let is_one_each = contacts.len() == posture.contacts().len();
+        let rows = Self::new(posture.contact_space(), contacts, all, offset);
+        Self { gaps: rows.gaps.filter(|_| is_one_each), ..rows }
     }
 
     /// Of a local model without a body, with these gaps at y = 0; `None` if their rows are parallel.
@@ -102,7 +104,9 @@ impl Rows {
     /// The same contacts with another acceleration ÿ without contact forces.
     pub(crate) fn pulled(&self, pull: Coordinates) -> Self {
         let (material, offset) = (self.material.clone(), self.offset.clone());
-        Self::new(Arc::new(self.space.pulled(pull)), self.contacts.clone(), material, offset)
+        let rows =
+            Self::new(Arc::new(self.space.pulled(pull)), self.contacts.clone(), material, offset);
+        Self { gaps: rows.gaps.filter(|_| self.gaps.is_some()), ..rows }
     }
 
     fn new(
