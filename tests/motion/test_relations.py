@@ -242,13 +242,20 @@ def flaws(posture, run, options, rng, seen):
     starts, struck = [p.start for p in phases], set(impacts["time"].tolist())
     events = np.unique([0.0, end, *starts, *struck, *limits])
     events = events[(events >= 0) & (events <= end)]
-    stretches = [(a, b) for a, b in pairwise(events) if b - a > SHORTEST]
+    # Before a Zeno point come bounces that are summed. The first of them lasts the share 1 - e of the time to it, or more.
+    share = 0.9 * (1 - max(c.restitution or 0 for c in posture.contacts))
+    share = min(share, 0.9 * (1 - posture.restitution))
+    alone = np.where(np.isin(events[1:], limits), share, 1.0)
+    first = events[:-1] + alone * np.diff(events)
+    ends = np.where(alone < 1, first, events[1:])
+    pairs = zip(events[:-1], ends, strict=True)
+    stretches = [(a, b) for a, b in pairs if b - a > SHORTEST]
     rng.shuffle(stretches)
     for a, b in stretches[:STRETCHES]:
         (mode,) = {p.mode for p in phases if p.start <= a and p.end >= b}
         seen[mode] += 1
         yield from flaws_between(body, run, mode, a, b, rng)
-    lengths = np.diff(events)
+    lengths = np.diff(events) * alone
     for k in range(1, len(events) - 1):
         t, step = events[k], min(lengths[k - 1 : k + 1].min() / 8, body.step)
         if step <= body.step / 20 or t not in struck:
