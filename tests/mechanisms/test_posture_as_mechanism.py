@@ -78,3 +78,20 @@ def test_contacts_at_one_point_move_as_one():
         )
         assert all(len(before) == 3 for before in two.impacts["rates_before"])
         assert {1, 3} == set(two.impacts["contact"].tolist())
+
+
+def test_moreaus_law_acts_on_contacts_at_rest_without_friction_too():
+    """The first contact approaches and the second one rests. Their rates w p + u are complementary to impulses p ≥ 0 with the restitution e:
+    an impulse at the first alone would throw the second into its ground."""
+    rows = [
+        sf.ContactRows(normal=[1.25, -0.25, -1.75], tangential=[0, 1, 0]),
+        sf.ContactRows(normal=[-1.875, -0.625, 1.625], tangential=[1, 0, 0]),
+    ]
+    system = sf.Mechanism(np.eye(3), [0, 0, 0], rows, restitution=0.375)
+    start = np.array([-0.625, 1.875, 0.0])
+    run = sf.simulate(system, np.zeros(3), start, impact="moreau", time_limit=1e-3)
+    normals = np.array([row.normal for row in rows])
+    p = np.linalg.solve(normals @ normals.T, -1.375 * (normals @ start))
+    assert (p > 0).all()
+    assert [impact["contact"] for impact in run.impacts] == [1, 2]
+    np.testing.assert_allclose(run.qdot, start + p @ normals, atol=1e-13)

@@ -278,18 +278,17 @@ impl Options {
             few => few.len() <= 1,
         };
         apart
-            && self.is_frictionless(posture)
+            && self.is_frictionless(posture.contacts().iter().map(|contact| contact.friction))
             && posture.ground(0).is_none()
             && !posture.has_rounds()
     }
 
     /// Returns true if impacts act along the normal of one contact that approaches, or of two, so that two contacts need no more than their
     /// gaps and rates. No contact jams without friction.
-    pub(crate) fn is_frictionless(&self, posture: &Posture) -> bool {
-        let contacts = posture.contacts();
+    pub(crate) fn is_frictionless(&self, mut friction: impl ExactSizeIterator<Item = f64>) -> bool {
+        let is_one = friction.len() == 1;
         self.impact == Impact::Newton && self.jams == Jams::None
-            || contacts.iter().all(|contact| contact.friction == 0.0)
-                && (contacts.len() == 1 || !self.hits_resting())
+            || friction.all(|mu| mu == 0.0) && (is_one || !self.hits_resting())
     }
 
     /// The options with which a summed tail of this run is followed event by event, until `dt` after the start of the tail.

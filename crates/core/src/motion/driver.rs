@@ -29,7 +29,7 @@ use crate::motion::moving::{Moving, REFRESH};
 use crate::motion::record::{Moment, Motion, Record, Span, Tail};
 use crate::motion::series::{Bounces, InstantImpacts, SlowContacts, chatter_warning};
 use crate::motion::subject::Subject;
-use crate::options::{Edges, Impact, Jams, Options};
+use crate::options::{Edges, Options};
 use crate::outcome::{Cause, ContactNumber, ContactSet, End, FirstZeno, Outcome};
 use crate::sustained::edges::EdgeWatch;
 use crate::sustained::frozen::Frozen;
@@ -127,8 +127,7 @@ impl<'a> Driver<'a> {
         warnings: Vec<String>,
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
-        let frictionless = options.impact == Impact::Newton && options.jams == Jams::None
-            || state.rows.friction.iter().all(|mu| *mu == 0.0);
+        let frictionless = options.is_frictionless(state.rows.friction.iter().copied());
         let (plain, fastest) = (frictionless && state.rows.gaps.is_some(), state.speed());
         let mut run =
             Self::new(Moving::Frozen(Box::new(state)), subject, options, warnings, cancel);
