@@ -95,3 +95,42 @@ def test_moreaus_law_acts_on_contacts_at_rest_without_friction_too():
     assert (p > 0).all()
     assert [impact["contact"] for impact in run.impacts] == [1, 2]
     np.testing.assert_allclose(run.qdot, start + p @ normals, atol=1e-13)
+
+
+def test_a_box_has_constant_rows():
+    """All its corners meet one level line. In the local model its small motion is that of its two lower corners."""
+    box = sf.Posture.box(1.0, 0.5, friction=0.3, restitution=0.4)
+    feet = sf.Posture(
+        box.mass,
+        box.gyration_radius,
+        box.center_of_mass,
+        list(box.contacts)[:2],
+        0.4,
+    )
+    start = {"q": (0, 0.01, 0.002), "qdot": (0.1, 0, 0), "model": "local"}
+    for options in ({}, {"kicks": [sf.Kick(0.03, (0.1, 0.2))]}):
+        one, two = (sf.simulate(body, **start, **options) for body in (box, feet))
+        assert (one.model, one.outcome) == ("local", "rest") == (two.model, two.outcome)
+        assert abs(one.elapsed - two.elapsed) <= 1e-12
+        np.testing.assert_allclose(one.q, two.q, atol=1e-12)
+        np.testing.assert_allclose(one.gaps[2:] - one.gaps[:2], 0.5, atol=1e-12)
+
+
+def test_forces_in_the_local_model_follow_tilted_ground():
+    """At rest they carry the weight in the axes of the tilted ground."""
+    body = sf.Posture.rod(0.5, 0.3, 0.0, 0.9)
+    motion = sf.GroundMotion(times=[0.0], tilt=[0.1])
+    run = sf.simulate(
+        body,
+        (0, 0, 0),
+        (0, 0, 0),
+        model="local",
+        ground_motion=motion,
+        stop="time",
+        time_limit=1.0,
+    )
+    weight = body.mass * body.gravity
+    total = run.forces_at(0.5).sum(axis=0)
+    np.testing.assert_allclose(
+        total, [weight * np.sin(0.1), weight * np.cos(0.1)], rtol=1e-12
+    )

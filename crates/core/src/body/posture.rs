@@ -295,7 +295,10 @@ impl Posture {
 
     /// Returns true if every contact is on a straight line without ends: in the local model its row is constant.
     pub(crate) fn has_constant_rows(&self) -> bool {
-        (0..self.contacts().len()).all(|i| self.ground(i).is_none())
+        let is_line = |ground: &Ground| {
+            ground.pieces.len() == 1 && ground.pieces[0].ends.iter().all(|end| end.is_endless())
+        };
+        (0..self.contacts().len()).all(|i| self.ground(i).is_none_or(is_line))
     }
 
     /// Returns true if a contact is a disc.

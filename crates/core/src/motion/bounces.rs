@@ -25,7 +25,7 @@
 //! sliding speed v_k to the landing speed u_k is v_∞/u_k plus a constant: it grows once v_k has the sign of its limit, so a contact that
 //! slides now goes on to slide. One that sticks now goes on to stick only if v_∞ = 0. Then its sliding speed before an impact is that of one
 //! flight, a_t τ = 2a_t u/g, in proportion to u; Moreau's law returns e, Poisson's and Stronge's another fraction of u. The bounces are followed
-//! one by one where an impact neither stops the slide nor keeps it: with tangential restitution, with Chatterjee and Ruina's law, and where
+//! one by one where an impact neither stops the slide nor keeps it: as Moreau's law with tangential restitution and Chatterjee and Ruina's law do, and where
 //! the slide turns back in each impact.
 
 use std::sync::LazyLock;

@@ -245,7 +245,10 @@ impl<'a> Reader<'a> {
                 let subject = &self.run.record.subject;
                 let (gaps, rates): (Vec<f64>, Vec<f64>) =
                     subject.per_contact(|i| state.points[i]).map(|p| (p.h, p.u)).unzip();
-                (Start::body_state(posture, &at, &gaps, &rates), modes)
+                let mut body = Start::body_state(posture, &at, &gaps, &rates);
+                let mut pull = state.space().pull().iter();
+                body.set_fall(nalgebra::Vector2::from_fn(|_, _| pull.next().unwrap_or(0.0)));
+                (body, modes)
             }
         };
         let mut forces = body.forces(posture, &modes)?;

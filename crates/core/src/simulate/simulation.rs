@@ -88,7 +88,7 @@ impl<'a> Simulation<'a> {
             return Err(Error::Unusable {
                 field: "model".into(),
                 value: "\"local\"".into(),
-                allowed: "\"full\" or \"auto\" for contacts on terrain, on segments and on sides: the local model has straight lines without ends".into(),
+                allowed: "\"full\" or \"auto\" with a terrain or a segment: the local model has straight lines without ends".into(),
             });
         }
         start.validate()?;

@@ -84,6 +84,9 @@ impl Start {
                 if gap.abs() <= place && rate.abs() <= speed {
                     (gap, rate) = (0.0, 0.0);
                 }
+                if local {
+                    return (gap, rate);
+                }
                 let gap = if under.exists { gap } else { f64::INFINITY };
                 (posture.signed_gap(i, &state.q, gap), rate)
             })

@@ -117,9 +117,11 @@ impl Rows {
     ) -> Self {
         let friction: Vec<f64> = material.iter().map(|contact| contact.friction).collect();
         let gaps = gap_model(&space, &material);
-        let between = (0..if friction.len() > 2 { friction.len() } else { 0 })
-            .map(|j| between(&space, &offset, j))
-            .collect();
+        let count = if friction.len() > 2 { friction.len() } else { 0 };
+        let found: ContactValues<Option<Between>> =
+            (0..count).map(|j| between(&space, &offset, j)).collect();
+        let lands = |between: &Between| between.outer.iter().all(|&k| found[k].is_none());
+        let between = found.iter().map(|one| one.filter(lands)).collect();
         Self { space, contacts, material, friction, offset, gaps, between }
     }
 
@@ -174,11 +176,12 @@ impl Rows {
 }
 
 /// Contact j is between others if N_j = w N_i + (1 − w) N_k with 0 < w < 1, and its gap at y = 0 is the same mean. On the line through N_j and
-/// another row, N_l = N_j + s_l d, those with the least and the largest s are the outermost ones.
+/// another row, N_l = N_j + s_l d, those with the least and the largest s are the outermost ones. These land by themselves.
 fn between(space: &ContactSpace, offset: &[f64], j: usize) -> Option<Between> {
     let step =
         |k: usize| (space.normal_row(k).plus(space.normal_row(j), -1.0), offset[k] - offset[j]);
     let size = (0..offset.len()).map(|k| space.normal_row(k).norm()).fold(0.0, f64::max);
+    let height = offset.iter().fold(0.0_f64, |most, gap| most.max(gap.abs()));
     (0..offset.len()).find_map(|i| {
         let (way, rise) = step(i);
         let length = way.norm();
@@ -189,8 +192,8 @@ fn between(space: &ContactSpace, offset: &[f64], j: usize) -> Option<Between> {
         for k in 0..offset.len() {
             let (row, up) = step(k);
             let s = way.dot(&row) / (length * length);
-            let off = row.plus(&way, -s).norm().max((up - s * rise).abs());
-            if off > ON_A_LINE * size {
+            let (off, above) = (row.plus(&way, -s).norm(), (up - s * rise).abs());
+            if off > ON_A_LINE * size || above > ON_A_LINE * height {
                 continue;
             }
             if s < first.0 {
