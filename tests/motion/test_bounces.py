@@ -18,8 +18,10 @@ SCENES = int(os.environ.get("STANDFAST_BOUNCES", "40"))
 BEFORE = 4
 #: Sums of one run that are looked at.
 MOST = 6
-#: Relative to the size of the body and to the largest speed.
+#: Relative to the size of the body and to the largest speed, from the start on.
 TOLERANCE = 1e-12
+#: Rounding of a place far from the origin, or of an angle of many turns. Unit: ε times the coordinate. 13 were seen after 100 turns.
+FAR = 32
 #: Gap below which rounding errors of the place decide whether a contact lands before the limit. Unit: ε times distance and size. 61 were seen.
 TIE = 64
 
@@ -57,7 +59,9 @@ def test_sums_equal_the_bounces_one_by_one(law):
     for seed in range(SCENES):
         posture, q, qdot, options = draw(np.random.default_rng([46, seed]), law)
         run = sf.simulate(posture, q, qdot, **options)
-        fastest = math.sqrt(2 * posture.gravity * abs(q[1]))
+        reach = size(posture)
+        scale = np.array([1, 1, reach])
+        fastest = max(math.sqrt(2 * posture.gravity * abs(q[1])), np.abs(qdot * scale).max())  # fmt: skip
         for k, point in list(enumerate(run.zeno_points))[:MOST]:
             if point.method != "bounce" or point.elapsed == 0:
                 continue
@@ -65,7 +69,6 @@ def test_sums_equal_the_bounces_one_by_one(law):
             one = sf.simulate(posture, q, qdot, **(options | {"time_limit": stop}))
             if len(one.impacts) < point.first_summed + 3:
                 continue  # too few bounces were left out
-            reach = size(posture)
             hit = set(one.impacts["index"][point.first_summed :].tolist())
             others = [i for i in hit if i + 1 not in point.contacts]
             if others:  # one by one, another contact is hit before the limit
@@ -77,13 +80,15 @@ def test_sums_equal_the_bounces_one_by_one(law):
             # second run would have come to the end before.
             for end in one.zeno_points[k:]:
                 early = point.elapsed - end.elapsed
-                if early > end.time_error + 4 * np.spacing(point.elapsed):
-                    missed.append((seed, k, "time", early - end.time_error))
+                known = point.time_error + end.time_error
+                if early > known + BEFORE * np.spacing(point.elapsed):
+                    missed.append((seed, k, "time", early - known))
             found += 1
-            scale = np.array([1, 1, reach])
             fastest = max(fastest, np.abs(point.qdot * scale).max())
+            known = np.finfo(float).eps * np.abs(point.q)
+            beyond = np.maximum(np.abs(one.q - point.q) - FAR * known, 0)
             error = {
-                "place": np.abs((one.q - point.q) * scale).max() / reach,
+                "place": (beyond * scale).max() / reach,
                 "speed": np.abs((one.qdot - point.qdot) * scale).max() / fastest,
             }
             missed += [(seed, k, *e) for e in error.items() if e[1] > TOLERANCE]
@@ -121,6 +126,8 @@ def test_accumulations_of_accumulations_equal_their_cycles_one_by_one():
         one = sf.simulate(posture, q, qdot, **options)
         if len(one.impacts) < last.first_summed + 100:
             continue
+        before = one.impacts["elapsed"][: last.first_summed]
+        assert np.array_equal(run.impacts["elapsed"], before), seed
         found += 1
         summed = one.impacts["elapsed"][last.first_summed :]
         turned = max(turned, float(np.abs(one.at(summed)[0][:, 2]).max()))

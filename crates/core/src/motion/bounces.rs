@@ -291,7 +291,7 @@ impl Bouncing<'_> {
                 let doubt = Change::from_fn(|k, _| {
                     doubt(limit[k], places, changes.map(|change| change[k]), NEXT_TERM)
                 });
-                sum.error = doubt[0] + allowed[0];
+                sum.error = doubt[0] + unit[0] + rounding(limit[0], ratio);
                 let most = doubt.component_div(&allowed).amax();
                 return if most <= 1.0 { Ok(sum) } else { Err(Retry::Smaller(most)) };
             }
@@ -385,6 +385,11 @@ impl Bouncing<'_> {
     }
 }
 
+/// Rounding error of the time until the limit, t = 2u/(g(1 − r)) in constant geometry: one of r changes 1 − r by 1/(1 − r) times as much.
+fn rounding(t: f64, ratio: f64) -> f64 {
+    BOUNCE_CHANGE * f64::EPSILON * t / (1.0 - ratio)
+}
+
 /// The end of a sum of bounces.
 #[derive(Debug, Clone)]
 pub(super) struct Settled {
@@ -429,7 +434,7 @@ impl Driver<'_> {
         let unit = Change::from([time, way, way / size, speed, speed / size]);
         let bouncing = Bouncing { body, i, law, material, grip };
         let duration = bouncing.duration().ok_or(Retry::Later)?;
-        if !(bouncing.may_be_alone(duration) && duration <= self.log.left()) {
+        if !bouncing.may_be_alone(duration) {
             return Err(Retry::Later);
         }
         let turn = body.spin.omega.abs() * duration;
@@ -439,6 +444,7 @@ impl Driver<'_> {
         let sum = bouncing.sum(&unit)?;
         let limit = sum.at(0.0).0;
         let duration = limit[0];
+        // Looked at last: a change that comes after the limit does not decide at which impacts a sum is tried.
         if !(duration > 0.0 && duration <= self.log.left()) {
             return Err(Retry::Later);
         }
@@ -596,6 +602,6 @@ impl Driver<'_> {
                 return None;
             }
         }
-        Some(Settled { state: Moving::Frozen(Box::new(end)), duration: t, error: 0.0 })
+        Some(Settled { state: Moving::Frozen(Box::new(end)), duration: t, error: rounding(t, r) })
     }
 }

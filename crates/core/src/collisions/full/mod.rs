@@ -318,7 +318,7 @@ impl FullState {
         let now = log.clock.hi;
         let frozen = self.model();
         let Some(t) = time_to_rest(&frozen, &self.gaps) else { return false };
-        if t > TAIL_TOO_LONG * now || t > log.left() {
+        if t > TAIL_TOO_LONG * now {
             return false;
         }
         let most = gravity[0].abs().max(gravity[1].abs()) * t;
