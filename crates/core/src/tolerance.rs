@@ -168,6 +168,10 @@ pub(crate) const FIXED_ACCELERATION: f64 = 1e-14;
 /// 1e-8.
 pub(crate) const DEPENDENT_ROW: f64 = 1e-10;
 
+/// Length of the part of the unit vector of a coordinate that is orthogonal to the rows at rest, up to which the coordinate rests, too.
+/// Unit: ε. Range: 4 to 64.
+pub(crate) const RESTING_COORDINATE: f64 = 8.0;
+
 /// The same for contacts whose rates are rounding errors and are set to zero. A row that is nearly dependent would multiply them by the
 /// inverse of this value, and stop a real rotation. Range: 1e-9 to 1e-5.
 pub(crate) const STOPPED_ROW: f64 = 1e-7;
@@ -260,8 +264,8 @@ pub(crate) const FROZEN_CHANGE_MARGIN: f64 = 4.0;
 /// less, the rates of a turning body can be equal within their rounding errors. Range: 1e-6 to 1e-2.
 pub(crate) const CONTACTS_APART: f64 = 1e-3;
 
-/// Speed of the body at a touchdown, with another contact held, that counts as zero. Unit: the largest speed of the run. The value is about
-/// 50 ε. Range: 1e-15 to 1e-13.
+/// Speed of the body at a touchdown, with another contact held, that counts as zero. Unit: the largest speed of the run, or gravity times the
+/// time elapsed if that is larger. The value is about 50 ε. Range: 1e-15 to 1e-13.
 pub(crate) const QUIET_LANDING: f64 = 1e-14;
 
 /// Rounding error of the ratio of two landing speeds that are one cycle apart. Unit: ε. Range: 16 to 256.

@@ -29,6 +29,7 @@ use crate::error::{
     restitution,
 };
 use crate::serial::shown_as_written;
+use crate::serial::values::is_zero;
 
 /// How a chain begins.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -195,11 +196,6 @@ pub struct ChainFields {
 
 fn earth() -> f64 {
     9.81
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }
 
 impl Default for ChainFields {

@@ -27,6 +27,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, angle, finite, friction, in_range, restitution};
+use crate::serial::values::is_zero;
 use crate::tolerance::{DISC_CENTER, DISC_POINT};
 
 /// An entry for each contact, without allocation for up to two contacts.
@@ -85,11 +86,6 @@ fn everywhere() -> [f64; 2] {
 
 fn is_everywhere(segment: &[f64; 2]) -> bool {
     *segment == everywhere()
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }
 
 /// (cos, sin) of a slope, exact for multiples of a right angle. With a rounded cosine a wall would not be exactly vertical: two walls

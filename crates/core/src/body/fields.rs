@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::body::contact::Contact;
+use crate::serial::values::is_zero;
 
 /// The fields of a posture, before validation. SI units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -102,11 +103,6 @@ pub struct ContactRows {
     /// Tangential restitution in [0, 1), dimensionless. Only some impact laws use it.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub tangential_restitution: f64,
-}
-
-#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
-fn is_zero(value: &f64) -> bool {
-    *value == 0.0
 }
 
 /// The fields of a mechanism, before validation. SI units: kg, m, s, rad; the units of row and column of a coordinate follow from its own, m

@@ -184,7 +184,9 @@ impl Driver<'_> {
             return None;
         }
         let left = self.state.speed_of(&self.state.velocity(), self.place);
-        let (fastest, gravity) = (self.fastest, self.state.gravity());
+        let gravity = self.state.gravity();
+        // As for the sliding speed that counts as zero: gravity times the rounding error of the clock is an error of each speed.
+        let fastest = self.fastest.max(gravity * self.log.clock.hi);
         let SlowLanding { quiet, error } = SlowLanding::of(landing, left, fastest, gravity)?;
         (0..2).for_each(|i| self.state.set_point(i, (0.0, 0.0)));
         match &mut self.state {

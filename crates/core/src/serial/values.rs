@@ -7,6 +7,12 @@ use serde::de::value::{MapAccessDeserializer, StrDeserializer};
 use serde::de::{Error as _, IntoDeserializer, MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 
+/// Whether a file leaves this value out.
+#[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+pub(crate) fn is_zero(value: &f64) -> bool {
+    *value == 0.0
+}
+
 /// A table. Without this type serde would also accept an array of its values.
 #[derive(Deserialize)]
 #[serde(transparent, bound = "T: Deserialize<'de>")]

@@ -25,12 +25,9 @@ use crate::sustained::Rounding;
 use crate::sustained::rows::{Between, Known, consistent};
 use crate::tolerance::{
     CORRECTED_VELOCITY, DEPENDENT_ROW, LANDS_TOGETHER, LANDS_TOGETHER_SPEED, ON_A_LINE,
-    PARALLEL_GAP_ROWS, STILL, STOPPED_ROW, UNEVEN_GAP,
+    PARALLEL_GAP_ROWS, RESTING_COORDINATE, STILL, STOPPED_ROW, UNEVEN_GAP,
 };
 use crate::zeno::{FrozenModel, Gaps, Impulses};
-
-/// Length of the part of the unit vector of a coordinate that is orthogonal to rows at rest, up to which the coordinate rests, too.
-const RESTING_COORDINATE: f64 = 8.0 * f64::EPSILON;
 
 /// Most corrections of a velocity.
 const AGREES: usize = 8;
@@ -163,7 +160,7 @@ impl Rows {
                 let part = axis.dot(&left);
                 left.add_scaled(axis, -part);
             }
-            left.norm() <= RESTING_COORDINATE
+            left.norm() <= RESTING_COORDINATE * f64::EPSILON
         };
         let value = |(k, value): (usize, f64)| if rests(k) { 0.0 } else { value };
         *change = Coordinates::from_iter(change.iter().enumerate().map(value));
