@@ -19,7 +19,7 @@ use crate::outcome::ContactSet;
 use crate::simulate::limits::{clatters, returns, touch};
 use crate::sustained::frozen::{Frozen, GapState, Rows};
 use crate::sustained::{BodyState, ContactState, Rounding};
-use crate::tolerance::{PHASE_LOST, TOUCH};
+use crate::tolerance::PHASE_LOST;
 
 /// Largest angular velocity ω, in rad/s, and largest product of ω and the size of the body, in m/s. The forces on dependent contacts
 /// contain ω⁴, which must not overflow.
@@ -91,7 +91,8 @@ impl Start {
                 (posture.signed_gap(i, &state.q, gap), rate)
             })
             .unzip();
-        let warnings = touch(&mut heights, TOUCH * posture.size())?;
+        let known = (0..posture.geometry().len()).map(|i| posture.touch(i)).fold(0.0, f64::max);
+        let warnings = touch(&mut heights, known)?;
         if heights.len() > 1 {
             let gravity = posture.geometry().iter().map(|k| k.gravity);
             let starts = heights.iter().zip(&rates).zip(gravity);
