@@ -28,6 +28,10 @@ def corner_kick(posture, lands, phi):
     return np.linalg.solve(system, [0.0, -math.cos(phi), slip])
 
 
+#: Landing speed below which rounding errors of the simulator decide which of two contacts comes to rest first. Unit: size of the first corner.
+SLOWEST = 1e-12
+
+
 def next_corner(posture, lands, phi, jams="none"):
     """From a corner to the next one by the simulator: (contact that lands, φ, ln G), or None where both contacts come to rest
     or slide before it."""
@@ -40,12 +44,12 @@ def next_corner(posture, lands, phi, jams="none"):
         held = [k for k in (0, 1) if phase.mode[k] != "S"]
         if len(held) == 2 and phase.end > phase.start:
             return None
-        hits = run.impacts[np.isclose(run.impacts["time"], phase.end, rtol=1e-14)]
+        hits = run.impacts[np.isclose(run.impacts["time"], phase.end, rtol=1e-14, atol=0)]  # fmt: skip
         if len(held) != 1 or phase.end <= phase.start or len(hits) == 0:
             continue
         (k,), length = held, phase.end - phase.start
         m = int(hits["contact"][0]) - 1
-        if m == k:
+        if m == k or -hits["rates_before"][0][m] < SLOWEST:
             continue
         # Speeds are linear within a phase.
         slips = [
