@@ -92,6 +92,7 @@ __all__ = [
     "Exponents",
     "Fate",
     "Foot",
+    "Force",
     "GroundMotion",
     "HoldingTorques",
     "Joint",
@@ -608,14 +609,17 @@ class Scene:
     def __new__(
         cls,
         posture: Posture,
-        q: _Triple,
-        qdot: _Triple,
+        q: _Triple = ...,
+        qdot: _Triple = ...,
         options: dict[str, Any] | None = None,
         kicks: Sequence[Kick] = (),
         ground_motion: GroundMotion | None = None,
+        forces: Sequence[Force] = (),
     ) -> Self: ...
     @property
     def kicks(self) -> list[Kick]: ...
+    @property
+    def forces(self) -> list[Force]: ...
     @property
     def ground_motion(self) -> GroundMotion | None: ...
     @property
@@ -676,6 +680,23 @@ class Kick:
     def impulse(self) -> tuple[float, float]: ...
     @property
     def point(self) -> tuple[float, float] | None: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class Force:
+    def __new__(
+        cls,
+        start: float,
+        end: float,
+        force: _Pair,
+    ) -> Self: ...
+    @property
+    def start(self) -> float: ...
+    @property
+    def end(self) -> float: ...
+    @property
+    def force(self) -> tuple[float, float]: ...
     def __eq__(self, other: object, /) -> bool: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
@@ -821,6 +842,8 @@ class Run:
     def phases(self) -> list[Phase]: ...
     @property
     def kicks(self) -> list[Kick]: ...
+    @property
+    def forces(self) -> list[Force]: ...
     @property
     def ground_motion(self) -> GroundMotion | None: ...
     @property
@@ -1181,6 +1204,7 @@ def simulate_many(
     qdot: npt.ArrayLike,
     *,
     kicks: Sequence[Kick] = (),
+    forces: Sequence[Force] = (),
     ground_motion: GroundMotion | None = None,
     model: _ModelName = "auto",
     impact: _Impact = "auto",
@@ -1198,10 +1222,11 @@ def simulate_many(
 ) -> Runs: ...
 def simulate(
     posture: Posture | Mechanism,
-    q: npt.ArrayLike,
-    qdot: npt.ArrayLike,
+    q: npt.ArrayLike = ...,
+    qdot: npt.ArrayLike = ...,
     *,
     kicks: Sequence[Kick] = (),
+    forces: Sequence[Force] = (),
     ground_motion: GroundMotion | None = None,
     model: _ModelName = "auto",
     impact: _Impact = "auto",

@@ -7,6 +7,26 @@ from operator import attrgetter
 
 from standfast import _core
 
+#: Names of a time step in other programs.
+STEPS = ("dt", "timestep", "time_step", "step", "h")
+#: Words for a parameter in other programs and in papers.
+OTHER_WORDS = {
+    "friction": ("mu", "friction_coefficient", "coefficient_of_friction"),
+    "restitution": ("e", "eps", "epsilon", "cor", "coefficient_of_restitution"),
+    "tangential_restitution": ("e_t", "et"),
+    "impact": ("law", "impact_law", "contact_law", "restitution_law"),
+    "time_limit": ("t_end", "t_max", "tmax", "tf", "T", "duration", "t_final"),
+    "event_limit": ("max_events", "max_steps", "max_iter", "maxiter"),
+    "time": ("t0", "t_start", "start_time"),
+    "gyration_radius": ("rho", "radius_of_gyration", "k"),
+    "mass": ("m",),
+    "gravity": ("g",),
+    "center_of_mass": ("com", "cog", "center_of_gravity"),
+    "slope": ("angle", "incline"),
+    "qdot": ("v", "dq", "qd", "v0", "velocity", "qvel"),
+    "q": ("q0", "x0", "position", "qpos"),
+}
+
 
 def parameters(function: Callable[..., object]) -> list[str]:
     """The names of the parameters of a function, without `self` and `options`."""
@@ -24,12 +44,20 @@ def keywords(function: str) -> list[str]:
 
 
 def nearest(name: str, names: Iterable[str]) -> str:
-    """A question for the nearest name; empty if none is near.
+    """A question for the name that is meant; empty if none is near.
 
     >>> nearest("modle", ["impact", "model"]), nearest("colour", ["impact", "model"])
     ("; did you mean 'model'?", '')
+    >>> nearest("dt", ["qdot", "time_limit"])
+    "; there is no time step, every event is computed; 'time_limit' ends a run"
     """
-    near = get_close_matches(name, list(names), 1)
+    names = list(names)
+    if name in STEPS and "time_limit" in names:
+        return (
+            "; there is no time step, every event is computed; 'time_limit' ends a run"
+        )
+    meant = [other for other, words in OTHER_WORDS.items() if name in words]
+    near = [*filter(names.__contains__, meant), *get_close_matches(name, names, 1)]
     return f"; did you mean {near[0]!r}?" if near else ""
 
 
@@ -49,6 +77,6 @@ def no_option(name: str) -> str:
     >>> no_option("modle")
     "the options of simulate are model, impact, ..., certify; did you mean 'model'?"
     """
-    not_an_option = ("posture", "q", "qdot", "kicks", "ground_motion")
+    not_an_option = ("posture", "q", "qdot", "kicks", "forces", "ground_motion")
     options = [one for one in keywords("simulate") if one not in not_an_option]
     return f"the options of simulate are {', '.join(options)}{nearest(name, options)}"

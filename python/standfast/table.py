@@ -185,6 +185,8 @@ NO_BOUND = {
     "rounding": "the bound is above 1e300, or rounding decides whether it is finite",
     "pairs": "the bound of a pair of contacts does not hold for the whole body",
 }
+#: Gap of a contact that is named, because it was probably meant to touch. Unit: size of the body.
+ALMOST = 1e-4
 #: Amplification above which a verdict warns: displacements then grow more than 1e4 times.
 WARNED = 100.0
 
@@ -271,6 +273,13 @@ def verdict_table(verdict: sf.Verdict) -> str:
     return "\n".join(lines)
 
 
+def _size(posture: sf.Posture) -> float:
+    """The largest distance of a contact from the centre of mass, in m."""
+    return max(
+        math.dist(contact.point, posture.center_of_mass) for contact in posture.contacts
+    )
+
+
 def _of_posture(verdict: sf.Verdict, posture: sf.Posture) -> list[str]:
     """The contacts and the equilibrium of a body."""
     lines = []
@@ -279,6 +288,11 @@ def _of_posture(verdict: sf.Verdict, posture: sf.Posture) -> list[str]:
         lines.append(
             f"  contacts          {listed(verdict.contacts)} touch; the others have no effect on small motions"
         )
+        lines += [
+            f"  contact {number:<9} is {gap:.3g} m above the ground: almost on it, but not on it"
+            for number, gap in enumerate(posture.gaps((0, 0, 0)), start=1)
+            if number not in verdict.contacts and 0 < gap < ALMOST * _size(posture)
+        ]
     for number, side in enumerate(sides, start=len(own) + 1):
         place = ", ".join(f"{x:zg}" for x in side.point)
         lines.append(

@@ -9,7 +9,7 @@ import standfast as sf
 
 # Functions that take options: the options that they leave out, and their own defaults.
 # Keywords that are no options of a run.
-NO_OPTIONS = {"threads", "kicks", "ground_motion"}
+NO_OPTIONS = {"threads", "kicks", "forces", "ground_motion"}
 OWN_OF_A_BODY = {"model", "impact", "neighbourhood", "edges", "jams"}
 CALLS = {
     "simulate": (set(), {}),

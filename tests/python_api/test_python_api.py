@@ -565,10 +565,56 @@ def test_at_any_time(run):
     np.testing.assert_array_equal(run.at(run.time)[0], run.q)
 
 
-@pytest.mark.parametrize("t", [-1e-9, 1.0, math.nan])
+@pytest.mark.parametrize("t", [-1e-9, math.nan])
 def test_times_outside_the_run(run, t):
-    with pytest.raises(ValueError, match="t"):
+    with pytest.raises(ValueError, match=r"t = \S+ cannot be used: from 0\.0 on"):
         run.at(t)
+
+
+def test_after_its_end_a_body_at_rest_is_at_rest_and_another_one_is_not(run):
+    assert run.outcome == "rest"
+    for t in (1.0, 1e9, math.inf):
+        for one, end in zip(run.at(t), run.at(run.time), strict=True):
+            np.testing.assert_array_equal(one, end)
+        assert not run.at(t)[1].any()
+        np.testing.assert_array_equal(run.gaps_at(t), run.gaps_at(run.time))
+        np.testing.assert_array_equal(run.forces_at(t), run.forces_at(run.time))
+    flies = sf.simulate(run.posture, (0, 5, 0), stop="time", time_limit=0.1)
+    with pytest.raises(ValueError, match=r"t = 0\.2 cannot be used: from 0\.0 to 0\.1"):
+        flies.at(0.2)
+
+
+def test_a_closed_ring_is_the_same_polygon():
+    ring = [(0, 0), (2, 0), (2, 1), (0, 0)]
+    once, closed = sf.Posture.polygon(ring[:-1]), sf.Posture.polygon(ring)
+    assert once == closed
+    feet = [sf.Contact(point) for point in ring[:2]]
+    body = sf.Posture(1, 1, (1, 0.5), feet, 0, outline=ring)
+    assert body.outline == ring[:-1]
+    with pytest.raises(ValueError, match=r"edges 1 and 2 meet"):
+        sf.Posture.polygon([(0, 0), (1, 0), (0, 0)])
+
+
+def test_a_verdict_names_a_contact_that_is_a_little_above_the_ground():
+    corners = [(0, 0), (1, 1e-11), (1, 1), (0, 1)]
+    floor = [(-3, 0), (3, 0)]
+    body = sf.Posture.polygon(corners, friction=0.5, terrain=floor)
+    text = "contact 2         is 1e-11 m above the ground: almost on it"
+    assert text in str(sf.stability(body))
+    level = [(x, round(y)) for x, y in corners]
+    flat = sf.Posture.polygon(level, friction=0.5, terrain=floor)
+    assert "almost" not in str(sf.stability(flat))
+
+
+def test_a_body_starts_in_its_posture_at_rest():
+    box = sf.Posture.box(1, 1, friction=0.5)
+    run = sf.simulate(box)
+    assert (run.outcome, run.time, *run.q) == ("rest", 0, 0, 0, 0)
+    assert sf.Scene(box) == sf.Scene(box, (0, 0, 0), (0, 0, 0))
+    mechanism = sf.Mechanism.of_posture(box)
+    assert sf.simulate(mechanism).outcome == "rest"
+    with pytest.raises(TypeError, match="one Posture or one Mechanism is needed"):
+        sf.simulate([box, box])
 
 
 def test_sample(run):

@@ -72,7 +72,7 @@ def test_a_dataset_at_given_times(rod):
     assert data.q.sel(coordinate="theta", time=0.0) == 0.002
     with pytest.raises(ValueError, match=r"t = array of shape \(1, 1\)"):
         rod.to_xarray([[0.0]])
-    with pytest.raises(ValueError, match=r"t = .*from 0\.0 to"):
+    with pytest.raises(ValueError, match=r"t = .*from 0\.0 on"):
         rod.to_xarray([-1.0])
 
 

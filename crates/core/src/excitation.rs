@@ -1,7 +1,8 @@
-//! What acts on a body during a run besides gravity and contact: kicks, and the motion of the ground.
+//! What acts on a body during a run besides gravity and contact: kicks, forces for a time, and the motion of the ground.
 //!
 //! ```text
 //! kick J at a point with arm a:    q̇⁺ = q̇ + M⁻¹(J, a × J),  M = diag(m, m, mρ²)
+//! force F at the centre of mass:   a body falls with (0, −g) + F/m
 //! ground with acceleration A:      in its frame a body falls with (0, −g) − A
 //! ground tilted by τ:              in its frame gravity is turned by −τ: g (−sin τ, −cos τ)
 //! ```
@@ -28,6 +29,19 @@ pub struct Kick {
     pub point: Option<[f64; 2]>,
 }
 
+/// A constant force through the centre of mass, from one time to another. A force elsewhere would turn with the body: its torque would depend
+/// on θ, and the flight would not be a parabola.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Force {
+    /// Time on the clock from which it acts, in s.
+    pub start: f64,
+    /// Time on the clock until which it acts, after `start`, in s.
+    pub end: f64,
+    /// Force (x, y), in N; in the frame of the ground, if that moves.
+    pub force: [f64; 2],
+}
+
 /// A motion of the ground by steps: `acceleration` or `tilt` has an entry for each of the `times`, which holds from there to the next one.
 /// Before the first time the ground is at rest and level.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -43,13 +57,16 @@ pub struct GroundMotion {
     pub tilt: Vec<f64>,
 }
 
-/// The kicks and the motion of the ground of a run.
+/// The kicks, the forces and the motion of the ground of a run.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Excitation {
     /// The kicks. Those at one time act one after the other, in the order of this list, before the contacts react.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub kicks: Vec<Kick>,
+    /// The forces. Those that act at one time add up.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub forces: Vec<Force>,
     /// The motion of the ground, if it moves.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ground_motion: Option<GroundMotion>,
@@ -148,15 +165,15 @@ impl Excitation {
     /// Returns true if nothing acts.
     #[must_use]
     pub fn is_none(&self) -> bool {
-        self.kicks.is_empty() && self.ground_motion.is_none()
+        self.kicks.is_empty() && self.forces.is_empty() && self.ground_motion.is_none()
     }
 
-    /// Checks every field. `start`: time on the clock at the start of the run, in s. `gravity`: of the posture, in m/s².
+    /// Checks every field. `start`: time on the clock at the start of the run, in s. `mass`, `gravity`: of the posture, in kg and m/s².
     ///
     /// # Errors
     ///
     /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field.
-    pub fn validate(&self, start: f64, gravity: f64) -> Result<(), Error> {
+    pub fn validate(&self, start: f64, mass: f64, gravity: f64) -> Result<(), Error> {
         for (k, kick) in self.kicks.iter().enumerate() {
             let at = |field: &str| format!("kicks.{}.{field}", k + 1);
             error::in_range(
@@ -173,11 +190,35 @@ impl Excitation {
                 finite(at(&format!("{field}.y")), y)?;
             }
         }
-        self.ground_motion.as_ref().map_or(Ok(()), |motion| motion.validate(gravity))
+        for (k, force) in self.forces.iter().enumerate() {
+            let at = |field: &str| format!("forces.{}.{field}", k + 1);
+            force.validate().map_err(|e| e.renamed(at))?;
+        }
+        self.ground_motion.as_ref().map_or(Ok(()), |motion| motion.validate(gravity))?;
+        for time in self.forces.iter().flat_map(|force| [force.start, force.end]) {
+            error::gravity(
+                String::from("free fall with the forces"),
+                self.fall(time, mass, gravity).norm(),
+            )?;
+        }
+        Ok(())
     }
 
-    /// The force on the body that replaces the motion of the ground at this time on the clock (s), in the frame of the ground:
-    /// −m A, or m times the change of gravity by the tilt, and no moment; in N, N, N m. `gravity`: of the posture, in m/s².
+    /// The acceleration of free fall at this time on the clock (s), in the frame of the ground, in m/s². `mass`, `gravity`: of the posture, in kg
+    /// and m/s².
+    fn fall(&self, time: f64, mass: f64, gravity: f64) -> Vector2<f64> {
+        let motion = self.ground_motion.as_ref();
+        let begun = motion.map_or(0, |motion| motion.times.partition_point(|t| *t <= time));
+        let ground =
+            motion.zip(begun.checked_sub(1)).map(|(motion, last)| motion.fall(gravity, last));
+        let acting = self.forces.iter().filter(|force| force.start <= time && time < force.end);
+        acting.fold(ground.unwrap_or(Vector2::new(0.0, -gravity)), |fall, force| {
+            fall + Vector2::from(force.force) / mass
+        })
+    }
+
+    /// The forces at this time on the clock (s), and the force on the body that replaces the motion of the ground, in the frame of the ground:
+    /// −m A, or m times the change of gravity by the tilt; no moment; in N, N, N m. `mass`, `gravity`: of the posture, in kg and m/s².
     ///
     /// ```
     /// use standfast::excitation::{Excitation, GroundMotion};
@@ -191,27 +232,24 @@ impl Excitation {
     /// ```
     #[must_use]
     pub fn wrench(&self, time: f64, mass: f64, gravity: f64) -> [f64; 3] {
-        let motion = self.ground_motion.as_ref();
-        let begun = motion.map_or(0, |motion| motion.times.partition_point(|t| *t <= time));
-        let Some((motion, last)) = motion.zip(begun.checked_sub(1)) else { return [0.0; 3] };
-        let force = mass * (motion.fall(gravity, last) - Vector2::new(0.0, -gravity));
+        let force = mass * (self.fall(time, mass, gravity) - Vector2::new(0.0, -gravity));
         [force.x, force.y, 0.0]
     }
 
     /// The changes in the order of their times. If the excitation has begun before the start of the run, the first change is at the start.
-    pub(crate) fn changes(&self, start: f64, gravity: f64) -> Vec<Change> {
-        let mut changes: Vec<Change> = Vec::new();
-        if let Some(motion) = &self.ground_motion {
-            let begun = motion.times.partition_point(|time| *time <= start);
-            for k in begun.saturating_sub(1)..motion.times.len() {
-                let elapsed = (motion.times[k] - start).max(0.0);
-                changes.push(Change {
-                    elapsed,
-                    fall: Some(motion.fall(gravity, k)),
-                    kicks: Vec::new(),
-                });
-            }
-        }
+    /// `mass`, `gravity`: of the posture, in kg and m/s².
+    pub(crate) fn changes(&self, start: f64, mass: f64, gravity: f64) -> Vec<Change> {
+        let motion = self.ground_motion.iter().flat_map(|motion| &motion.times);
+        let forces = self.forces.iter().flat_map(|force| [&force.start, &force.end]);
+        let mut times: Vec<f64> = motion.chain(forces).map(|time| time.max(start)).collect();
+        times.sort_by(f64::total_cmp);
+        times.dedup();
+        let fall = |time: f64| Change {
+            elapsed: time - start,
+            fall: Some(self.fall(time, mass, gravity)),
+            kicks: Vec::new(),
+        };
+        let mut changes: Vec<Change> = times.into_iter().map(fall).collect();
         for kick in &self.kicks {
             let elapsed = kick.time - start;
             let at = changes.partition_point(|change| change.elapsed < elapsed);
@@ -221,5 +259,21 @@ impl Excitation {
             changes[at].kicks.push(*kick);
         }
         changes
+    }
+}
+
+impl Force {
+    /// Checks every field.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`], naming the field.
+    pub fn validate(&self) -> Result<(), Error> {
+        finite("start", self.start)?;
+        let after = self.end > self.start && self.end < f64::INFINITY;
+        error::in_range("end", self.end, after, "finite, after start")?;
+        finite("force.x", self.force[0])?;
+        finite("force.y", self.force[1])?;
+        Ok(())
     }
 }

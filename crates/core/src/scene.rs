@@ -11,7 +11,7 @@ use crate::body::fields::{GroundKind, PostureFields};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::{Error, quoted};
-use crate::excitation::{Excitation, GroundMotion, Kick};
+use crate::excitation::{Excitation, Force, GroundMotion, Kick};
 use crate::file::read::{in_file, read_whole};
 use crate::file::text::Format;
 use crate::file::write::write_whole;
@@ -52,7 +52,7 @@ pub struct Scene {
     pub start: State,
     /// The options of the run.
     pub options: Options,
-    /// The kicks and the motion of the ground.
+    /// The kicks, the forces and the motion of the ground.
     pub excitation: Excitation,
 }
 
@@ -92,6 +92,9 @@ struct File {
     /// Impulses on the body during the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     kick: Vec<Kick>,
+    /// Forces on the body for a time, through its centre of mass.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    force: Vec<Force>,
     /// The motion of the ground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     ground_motion: Option<GroundMotion>,
@@ -254,9 +257,12 @@ impl Scene {
         file.run.validate().map_err(|e| e.renamed(|field| format!("run.{field}")))?;
         let start = State::new(file.start.q, file.start.qdot);
         start.validate().map_err(|e| e.renamed(|field| format!("start.{field}")))?;
-        let excitation = Excitation { kicks: file.kick, ground_motion: file.ground_motion };
-        let gravity = posture.fields().gravity;
-        excitation.validate(file.run.time, gravity).map_err(|e| e.renamed(of_excitation))?;
+        let excitation =
+            Excitation { kicks: file.kick, forces: file.force, ground_motion: file.ground_motion };
+        let fields = posture.fields();
+        excitation
+            .validate(file.run.time, fields.mass, fields.gravity)
+            .map_err(|e| e.renamed(of_excitation))?;
         Ok(Self { posture, start, options: file.run, excitation })
     }
 
@@ -277,6 +283,7 @@ impl Scene {
             start: StartTable { q: self.start.q.into(), qdot: self.start.qdot.into() },
             run: self.options,
             kick: self.excitation.kicks.clone(),
+            force: self.excitation.forces.clone(),
             ground_motion: self.excitation.ground_motion.clone(),
         }
     }
@@ -328,10 +335,8 @@ pub(crate) fn load_as<T>(
 
 /// A field of an excitation as the file names it.
 fn of_excitation(field: &str) -> String {
-    match field.strip_prefix("kicks.") {
-        Some(of_one) => format!("kick.{of_one}"),
-        None => field.into(),
-    }
+    let one = |list: &str, name: &str| Some(format!("{name}.{}", field.strip_prefix(list)?));
+    one("kicks.", "kick").or_else(|| one("forces.", "force")).unwrap_or_else(|| field.into())
 }
 
 /// A field of a posture as the file names it.

@@ -6,7 +6,7 @@ use random::Random;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use standfast::body::{LocalModel, LocalModelFields, LocalState};
-use standfast::excitation::{Excitation, GroundMotion, Kick};
+use standfast::excitation::{Excitation, Force, GroundMotion, Kick};
 use standfast::modes::{ContactProblem, Method, Modes, ProblemFields, contact_modes};
 use standfast::options::{Impact, Jams, Simultaneous};
 use standfast::outcome::ContactNumber;
@@ -178,6 +178,7 @@ fn a_scene_is_written_as_its_file() {
         options: Options { time_limit: Some(3.0), neighbourhood: 4.0, ..Options::default() },
         excitation: Excitation {
             kicks: vec![Kick { time: 0.5, impulse: [0.1, 0.3], point: None }],
+            forces: vec![Force { start: 0.25, end: 0.75, force: [1.0, 0.0] }],
             ground_motion: Some(GroundMotion {
                 times: vec![0.0, 0.1],
                 tilt: vec![0.01, 0.02],

@@ -4,14 +4,14 @@ use numpy::{IntoPyArray, PyArray1, PyArrayDyn};
 use pyo3::exceptions::PyMemoryError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use standfast::excitation::{Excitation, GroundMotion, Kick};
+use standfast::excitation::{Excitation, Force, GroundMotion, Kick};
 use standfast::outcome::{End, FirstZeno};
 use standfast::simulate::{Resources, simulate_many_until};
 use standfast::{Error, Options, Posture, Simulation, State};
 
 use crate::convert::{array, question};
 use crate::error::to_py;
-use crate::excitation::{PyGroundMotion, PyKick};
+use crate::excitation::{PyForce, PyGroundMotion, PyKick};
 use crate::input;
 use crate::interrupt::interruptible;
 use crate::options;
@@ -93,6 +93,8 @@ impl PyRuns {
         if !self.excitation.is_none() {
             let kicks: Vec<_> = self.excitation.kicks.iter().map(|kick| PyKick(*kick)).collect();
             keywords.set_item("kicks", kicks)?;
+            let forces: Vec<_> = self.excitation.forces.iter().copied().map(PyForce).collect();
+            keywords.set_item("forces", forces)?;
             let motion = self.excitation.ground_motion.clone().map(PyGroundMotion);
             keywords.set_item("ground_motion", motion)?;
         }
@@ -271,8 +273,8 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
 
 /// The motions of many postures, or of one posture from many states, as Runs.
 ///
-/// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same value in each run. kicks, ground_motion : as for
-/// `simulate`, the same in each run. threads : number of
+/// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same value in each run. kicks, forces, ground_motion : as
+/// for `simulate`, the same in each run. threads : number of
 /// threads; None uses every core, with at least 16 runs for each. The other keywords are those of `simulate`; `record` and `certify`
 /// have no effect here: use runs[i], which repeats run i with all its events. Each run has the same result, to the last bit, as a
 /// call of `simulate`, with any number of threads.
@@ -280,13 +282,14 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
 /// Raises ValueError naming the field, its value and the allowed range, and the first run with a wrong value, from 0.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "the keywords of the function in Python")]
-#[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, threads=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=False, certify=False, threads=None)")]
+#[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), forces=Vec::new(), ground_motion=None, threads=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), forces=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=False, certify=False, threads=None)")]
 pub(crate) fn simulate_many(
     py: Python<'_>,
     posture: &Bound<'_, PyAny>,
     q: &Bound<'_, PyAny>,
     qdot: &Bound<'_, PyAny>,
     #[pyo3(from_py_with = crate::excitation::kicks)] kicks: Vec<Kick>,
+    #[pyo3(from_py_with = crate::excitation::forces)] forces: Vec<Force>,
     #[pyo3(from_py_with = crate::excitation::ground_motion)] ground_motion: Option<GroundMotion>,
     #[pyo3(from_py_with = input::threads)] threads: Option<usize>,
     options: Option<&Bound<'_, PyDict>>,
@@ -315,7 +318,7 @@ pub(crate) fn simulate_many(
     drop((q, qdot));
     let mut resources = Resources::default();
     resources.threads = threads.unwrap_or(resources.threads);
-    let excitation = Excitation { kicks, ground_motion };
+    let excitation = Excitation { kicks, forces, ground_motion };
     let ends = interruptible(py, |cancel| {
         simulate_many_until(&postures, &states, &options, &excitation, resources, cancel)
     })?;

@@ -6,7 +6,7 @@ use numpy::{IntoPyArray, PyArray1, PyArrayDyn, PyArrayMethods};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::de::value::{Error as NoSuchVariant, StrDeserializer};
-use serde::de::{Deserialize, IntoDeserializer};
+use serde::de::{DeserializeOwned, IntoDeserializer};
 use serde::ser::Serialize;
 use standfast::Error;
 use standfast::body::LocalModel;
@@ -14,23 +14,31 @@ use standfast::body::LocalModel;
 use crate::error::to_py;
 
 /// Reads an option that is one of a few words.
-pub(crate) fn call<'a, T: Deserialize<'a>>(field: &str, word: &'a str) -> PyResult<T> {
-    let words: StrDeserializer<'a, NoSuchVariant> = word.into_deserializer();
-    T::deserialize(words).map_err(|e| {
+pub(crate) fn call<T: DeserializeOwned>(field: &str, word: &str) -> PyResult<T> {
+    let read = |word: &str| {
+        let words: StrDeserializer<'_, NoSuchVariant> = word.into_deserializer();
+        T::deserialize(words)
+    };
+    read(word).map_err(|e| {
         let text = e.to_string();
         let allowed = text.split_once(", expected ").map_or(text.as_str(), |(_, allowed)| allowed);
+        let written = word.to_lowercase().replace(['_', ' '], "-");
+        let meant = match read(&written) {
+            Ok(_) => format!("; did you mean {written:?}?"),
+            Err(_) => String::new(),
+        };
         to_py(&Error::Unusable {
             field: field.into(),
             value: format!("{word:?}"),
-            allowed: allowed.into(),
+            allowed: format!("{allowed}{meant}"),
         })
     })
 }
 
 /// As [`call`]; None leaves the choice to the core.
-pub(crate) fn call_some<'a, T: Deserialize<'a>>(
+pub(crate) fn call_some<T: DeserializeOwned>(
     field: &str,
-    word: Option<&'a str>,
+    word: Option<&str>,
 ) -> PyResult<Option<T>> {
     word.map(|word| call(field, word)).transpose()
 }

@@ -1,8 +1,8 @@
-//! Kick and GroundMotion.
+//! Kick, Force and GroundMotion.
 
 use pyo3::prelude::*;
 use standfast::Error;
-use standfast::excitation::{GroundMotion, Kick};
+use standfast::excitation::{Force, GroundMotion, Kick};
 
 use crate::convert::{float, pair_text};
 use crate::error::to_py;
@@ -13,6 +13,14 @@ pub(crate) fn kicks(value: &Bound<'_, PyAny>) -> PyResult<Vec<Kick>> {
     input::sequence("kicks", value, |field, item| {
         let kick = item.cast::<PyKick>();
         Ok(kick.map_err(|_| input::wrong_type(field, item, "a Kick is needed"))?.get().0)
+    })
+}
+
+/// Reads the forces of a run.
+pub(crate) fn forces(value: &Bound<'_, PyAny>) -> PyResult<Vec<Force>> {
+    input::sequence("forces", value, |field, item| {
+        let force = item.cast::<PyForce>();
+        Ok(force.map_err(|_| input::wrong_type(field, item, "a Force is needed"))?.get().0)
     })
 }
 
@@ -80,6 +88,75 @@ impl PyKick {
     fn __reduce__(&self, py: Python<'_>) -> (Py<PyAny>, (f64, [f64; 2], Option<[f64; 2]>)) {
         let Kick { time, impulse, point } = self.0;
         (py.get_type::<Self>().into_any().unbind(), (time, impulse, point))
+    }
+}
+
+/// A constant force through the centre of mass of the body, for a time. Several at one time add up.
+///
+/// start, end : s, on the clock of the run; end after start. force : (2,) N, (x, y), in the frame of the ground.
+///
+/// A force at another point, or a torque, is no acceleration of free fall: ValueError says what to do instead.
+///
+/// >>> import standfast as sf
+/// >>> feet = [sf.Contact(point=(x, 0), friction=.5) for x in (-1, 1)]
+/// >>> box = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, .5), contacts=feet, restitution=0, gravity=10)
+/// >>> push = sf.Force(start=0, end=1, force=(6, 0))    # 1 N above the friction: it slides .5 m, and stops in .2 s
+/// >>> run = sf.simulate(box, (0, 0, 0), (0, 0, 0), forces=[push])
+/// >>> round(run.time, 9), round(float(run.q[0]), 9)
+/// (1.2, 0.6)
+#[pyclass(frozen, eq, name = "Force", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyForce(pub(crate) Force);
+
+#[pymethods]
+impl PyForce {
+    #[new]
+    #[pyo3(signature = (start, end, force, *, point=None, torque=None), text_signature = "(start, end, force)")]
+    fn new(
+        #[pyo3(from_py_with = input::start)] start: f64,
+        #[pyo3(from_py_with = input::end)] end: f64,
+        #[pyo3(from_py_with = input::force)] force: [f64; 2],
+        point: Option<&Bound<'_, PyAny>>,
+        torque: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Self> {
+        for (field, value) in [("point", point), ("torque", torque)] {
+            if let Some(value) = value {
+                return Err(to_py(&Error::Unusable {
+                    field: field.into(),
+                    value: value.repr()?.to_string(),
+                    allowed: "not given: a force acts through the centre of mass, where it is an acceleration of free fall; for a push at another \
+                              point take kicks=[sf.Kick(time, impulse, point)], one or several after each other".into(),
+                }));
+            }
+        }
+        let force = Force { start, end, force };
+        force.validate().map_err(|e| to_py(&e))?;
+        Ok(Self(force))
+    }
+
+    #[getter]
+    fn start(&self) -> f64 {
+        self.0.start
+    }
+
+    #[getter]
+    fn end(&self) -> f64 {
+        self.0.end
+    }
+
+    #[getter]
+    fn force(&self) -> (f64, f64) {
+        self.0.force.into()
+    }
+
+    fn __repr__(&self) -> String {
+        let Force { start, end, force } = self.0;
+        format!("Force(start={}, end={}, force={})", float(start), float(end), pair_text(force))
+    }
+
+    fn __reduce__(&self, py: Python<'_>) -> (Py<PyAny>, (f64, f64, [f64; 2])) {
+        let Force { start, end, force } = self.0;
+        (py.get_type::<Self>().into_any().unbind(), (start, end, force))
     }
 }
 

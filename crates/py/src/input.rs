@@ -215,11 +215,11 @@ macro_rules! arguments {
 
 arguments! {
     real -> f64: width, height, radius, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
-    real -> f64: tangential_restitution, theta, omega, time, neighbourhood, energy, fps, speed;
+    real -> f64: tangential_restitution, theta, omega, time, neighbourhood, energy, fps, speed, start, end;
     real -> f64: inertia, torque, angle;
     optional -> Option<f64>: time_limit, center, at;
     series -> Vec<f64>: normal, tangential, load;
-    reals -> [f64; 2]: impulse, point, segment, center_of_mass, psi, phi, gaps, rates;
+    reals -> [f64; 2]: impulse, force, point, segment, center_of_mass, psi, phi, gaps, rates;
     reals -> [f64; 3]: q, qdot, wrench, free_acceleration;
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
@@ -229,15 +229,21 @@ arguments! {
     flag -> bool: record, certify;
 }
 
+/// An argument that may be left out; it is read once its shape is known.
+#[allow(clippy::unnecessary_wraps, reason = "the type of a reader of an argument")]
+pub(crate) fn given<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py, PyAny>>> {
+    Ok(Some(value.clone()))
+}
+
 /// Rates of all coordinates of a mechanism.
 pub(crate) fn coordinate_rates(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     series("qdot", value)
 }
 
-/// The error for kicks or a motion of the ground with a mechanism.
+/// The error for kicks, forces or a motion of the ground with a mechanism.
 pub(crate) fn not_of_mechanism() -> PyErr {
     to_py(&Error::Unusable {
-        field: "kicks or ground_motion".into(),
+        field: "kicks, forces or ground_motion".into(),
         value: "given".into(),
         allowed:
             "none with a mechanism: it is kicked by its qdot at the start, and its load is constant"

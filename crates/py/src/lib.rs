@@ -41,7 +41,7 @@ mod _core {
     #[pymodule_export]
     use crate::error::SolverError;
     #[pymodule_export]
-    use crate::excitation::{PyGroundMotion, PyKick};
+    use crate::excitation::{PyForce, PyGroundMotion, PyKick};
     #[pymodule_export]
     use crate::files::write_whole;
     #[pymodule_export]
@@ -80,7 +80,7 @@ mod _core {
     use crate::options::of_call;
     use crate::run::interruptible_run;
     use crate::stability::Standing;
-    use standfast::excitation::{Excitation, GroundMotion, Kick};
+    use standfast::excitation::{Excitation, Force, GroundMotion, Kick};
     use standfast::simulate::simulate_mechanism_until;
     use standfast::{Options, Simulation, State};
 
@@ -115,8 +115,9 @@ mod _core {
     /// compute intervals that are proved to contain the times of the collisions and, in the local model, of the first Zeno point
     /// (run.enclosure); for one or two contacts, impacts without friction and terrain without ends.
     ///
-    /// kicks : sequence of Kick, impulses on the body. ground_motion : GroundMotion, the motion of the ground, or None. With either,
-    /// "auto" takes the full model, and a state of rest is left at the next kick or change of the ground.
+    /// kicks : sequence of Kick, impulses on the body. forces : sequence of Force, through its centre of mass, each for a time. ground_motion :
+    /// GroundMotion, the motion of the ground, or None. With any of them, "auto" takes the full model, and a state of rest is left at the
+    /// next kick, or change of the forces or of the ground.
     ///
     /// Raises ValueError naming the field, its value and the allowed range.
     ///
@@ -126,33 +127,40 @@ mod _core {
     /// >>> sf.simulate(ball, q=(0, 5, 0), qdot=(0, 0, 0)).time     # √(2h/g)(1+e)/(1−e)
     /// 3.0
     #[pyfunction]
-    #[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=True, certify=False)")]
+    #[allow(clippy::too_many_arguments, reason = "the keywords of the function in Python")]
+    #[pyo3(signature = (posture, q=None, qdot=None, *, kicks=Vec::new(), forces=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q=(0, 0, 0), qdot=(0, 0, 0), *, kicks=(), forces=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=True, certify=False)")]
     fn simulate(
         py: Python<'_>,
         #[pyo3(from_py_with = crate::stability::standing)] posture: Standing,
-        q: &Bound<'_, PyAny>,
-        qdot: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = input::given)] q: Option<Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = input::given)] qdot: Option<Bound<'_, PyAny>>,
         #[pyo3(from_py_with = crate::excitation::kicks)] kicks: Vec<Kick>,
+        #[pyo3(from_py_with = crate::excitation::forces)] forces: Vec<Force>,
         #[pyo3(from_py_with = crate::excitation::ground_motion)] ground_motion: Option<
             GroundMotion,
         >,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyRun> {
         let options = of_call("simulate", Options::default(), &[], options)?;
-        let excitation = &Excitation { kicks, ground_motion };
+        let (q, qdot) = (q.as_ref(), qdot.as_ref());
+        let excitation = &Excitation { kicks, forces, ground_motion };
         let posture = match posture {
             Standing::Body(posture) => posture.0,
             Standing::Mechanism(mechanism) => {
                 if !excitation.is_none() {
                     return Err(input::not_of_mechanism());
                 }
-                let (q, qdot) = (input::coordinates(q)?, input::coordinate_rates(qdot)?);
+                let still = vec![0.0; mechanism.0.fields().mass_matrix.len()];
+                let q = q.map_or(Ok(still.clone()), input::coordinates)?;
+                let qdot = qdot.map_or(Ok(still), input::coordinate_rates)?;
                 return interruptible_run(py, |cancel| {
                     simulate_mechanism_until(&mechanism.0, &q, &qdot, &options, cancel)
                 });
             }
         };
-        let (start, posture) = (State::new(input::q(q)?, input::qdot(qdot)?), &posture);
+        let (q, qdot) =
+            (q.map_or(Ok([0.0; 3]), input::q)?, qdot.map_or(Ok([0.0; 3]), input::qdot)?);
+        let (start, posture) = (State::new(q, qdot), &posture);
         interruptible_run(py, |cancel| {
             Simulation { posture, start, options, excitation, cancel }.run()
         })

@@ -324,7 +324,7 @@ impl PyPosture {
     /// A polygon of uniform density: its area, centre of mass and radius of gyration are computed. The contacts are its convex corners, in
     /// the order given.
     ///
-    /// vertices : (k, 2) m, corners in the nominal posture, in either direction. The other arguments are those of `box`; without
+    /// vertices : (k, 2) m, corners in the nominal posture, in either direction; the first may stand at the end again. The other arguments are those of `box`; without
     /// terrain all corners meet one level ground through the lowest one.
     ///
     /// >>> import standfast as sf

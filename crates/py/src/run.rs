@@ -13,7 +13,7 @@ use standfast::{Error, State, Trajectory};
 use crate::convert::{array, call, counted, first_words, local_model, question, word};
 use crate::enclosure::PyEnclosure;
 use crate::error::to_py;
-use crate::excitation::{PyGroundMotion, PyKick};
+use crate::excitation::{PyForce, PyGroundMotion, PyKick};
 use crate::files::write_whole;
 use crate::input::{self, MOST_SAMPLES, doubles, whole};
 use crate::interrupt::interruptible;
@@ -359,6 +359,7 @@ impl PyRun {
         let simulate = py.import("standfast")?.getattr("simulate")?;
         if !run.excitation().is_none() {
             keywords.set_item("kicks", self.kicks())?;
+            keywords.set_item("forces", self.forces())?;
             keywords.set_item("ground_motion", self.ground_motion())?;
         }
         Ok((question(simulate, &keywords)?, (posture, q, qdot).into_pyobject(py)?))
@@ -463,6 +464,12 @@ impl PyRun {
         self.0.excitation().kicks.iter().map(|kick| PyKick(*kick)).collect()
     }
 
+    /// The forces for a time of the run.
+    #[getter]
+    fn forces(&self) -> Vec<PyForce> {
+        self.0.excitation().forces.iter().copied().map(PyForce).collect()
+    }
+
     /// The motion of the ground of the run, or None.
     #[getter]
     fn ground_motion(&self) -> Option<PyGroundMotion> {
@@ -549,7 +556,7 @@ impl PyRun {
     }
 
     /// (q, qdot), each (..., 3), of a mechanism (..., dof), at times t : (...) s of the run; exact within a phase. At the time of an impact it is the state
-    /// after the impact. Raises ValueError if t is outside the run, if the run was not recorded, or if t is so close to the end of
+    /// after the impact; after the outcome "rest", the state of rest. Raises ValueError if t is outside the run, if the run was not recorded, or if t is so close to the end of
     /// a sum of impacts that more than 100 000 events of the sum are before t.
     fn at<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Pair<'py>> {
         let dof = self.0.mechanism().map_or(3, Mechanism::dof);

@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
-use standfast::excitation::{Excitation, GroundMotion, Kick};
+use standfast::excitation::{Excitation, Force, GroundMotion, Kick};
 use standfast::mechanism_scene::AnyScene;
 use standfast::{Options, Scene, Simulation, State};
 
 use crate::convert::{float, vector};
 use crate::error::to_py;
-use crate::excitation::{PyGroundMotion, PyKick};
+use crate::excitation::{PyForce, PyGroundMotion, PyKick};
 use crate::input;
 use crate::mechanism_scene::PyMechanismScene;
 use crate::options::{get, set};
@@ -19,8 +19,8 @@ use crate::run::{PyRun, interruptible_run};
 
 /// A posture, its start, and the options of its run.
 ///
-/// posture : Posture. q, qdot : (3,) m, m, rad and per second. options : keywords of `simulate`, but for kicks : sequence of Kick, and
-/// ground_motion : GroundMotion or None.
+/// posture : Posture. q, qdot : (3,) m, m, rad and per second. options : keywords of `simulate`, but for kicks : sequence of Kick,
+/// ground_motion : GroundMotion or None, and forces : sequence of Force.
 ///
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
@@ -34,7 +34,7 @@ pub(crate) struct PyScene(pub(crate) Scene);
 #[pymethods]
 impl PyScene {
     #[new]
-    #[pyo3(signature = (posture, q, qdot, options=None, kicks=Vec::new(), ground_motion=None), text_signature = "(posture, q, qdot, options=None, kicks=(), ground_motion=None)")]
+    #[pyo3(signature = (posture, q=[0.0; 3], qdot=[0.0; 3], options=None, kicks=Vec::new(), ground_motion=None, forces=Vec::new()), text_signature = "(posture, q=(0, 0, 0), qdot=(0, 0, 0), options=None, kicks=(), ground_motion=None, forces=())")]
     fn new(
         #[pyo3(from_py_with = posture)] posture: PyPosture,
         #[pyo3(from_py_with = input::q)] q: [f64; 3],
@@ -44,6 +44,7 @@ impl PyScene {
         #[pyo3(from_py_with = crate::excitation::ground_motion)] ground_motion: Option<
             GroundMotion,
         >,
+        #[pyo3(from_py_with = crate::excitation::forces)] forces: Vec<Force>,
     ) -> PyResult<Self> {
         let mut chosen = Options::default();
         if let Some(keywords) = options.map(input::options).transpose()?.flatten() {
@@ -51,8 +52,9 @@ impl PyScene {
         }
         let start = State::new(q, qdot);
         start.validate().map_err(|e| to_py(&e))?;
-        let excitation = Excitation { kicks, ground_motion };
-        excitation.validate(chosen.time, posture.0.fields().gravity).map_err(|e| to_py(&e))?;
+        let excitation = Excitation { kicks, forces, ground_motion };
+        let fields = posture.0.fields();
+        excitation.validate(chosen.time, fields.mass, fields.gravity).map_err(|e| to_py(&e))?;
         Ok(Self(Scene { posture: posture.0.clone(), start, options: chosen, excitation }))
     }
 
@@ -80,6 +82,12 @@ impl PyScene {
     #[getter]
     fn kicks(&self) -> Vec<PyKick> {
         self.0.excitation.kicks.iter().map(|kick| PyKick(*kick)).collect()
+    }
+
+    /// The forces for a time of the run.
+    #[getter]
+    fn forces(&self) -> Vec<PyForce> {
+        self.0.excitation.forces.iter().copied().map(PyForce).collect()
     }
 
     /// The motion of the ground, or None.
@@ -138,7 +146,7 @@ impl PyScene {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         let triple = |v: [f64; 3]| format!("({})", v.map(float).join(", "));
         Ok(format!(
-            "Scene({}, q={}, qdot={}, options={}{}{})",
+            "Scene({}, q={}, qdot={}, options={}{}{}{})",
             self.posture().into_pyobject(py)?.repr()?,
             triple(self.0.start.q.into()),
             triple(self.0.start.qdot.into()),
@@ -150,6 +158,10 @@ impl PyScene {
             match self.ground_motion() {
                 None => String::new(),
                 Some(motion) => format!(", ground_motion={}", motion.into_pyobject(py)?.repr()?),
+            },
+            match self.forces() {
+                none if none.is_empty() => String::new(),
+                forces => format!(", forces={}", forces.into_pyobject(py)?.repr()?),
             }
         ))
     }
@@ -158,7 +170,8 @@ impl PyScene {
         let start = &self.0.start;
         let options = get(py, &self.0.options)?;
         let (q, qdot): ([f64; 3], [f64; 3]) = (start.q.into(), start.qdot.into());
-        let arguments = (self.posture(), q, qdot, options, self.kicks(), self.ground_motion());
+        let arguments =
+            (self.posture(), q, qdot, options, self.kicks(), self.ground_motion(), self.forces());
         Ok((py.get_type::<Self>().into_any().unbind(), arguments.into_pyobject(py)?))
     }
 }

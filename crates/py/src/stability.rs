@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use numpy::PyArray2;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
+use pyo3::types::{PyDict, PyList, PyTuple};
 use standfast::State;
 use standfast::modes::{ContactProblem, MechanismProblem};
 use standfast::options::Jams;
@@ -53,9 +53,12 @@ pub(crate) fn standing(value: &Bound<'_, PyAny>) -> PyResult<Standing> {
     if let Ok(posture) = value.cast::<PyPosture>() {
         return Ok(Standing::Body(posture.get().clone()));
     }
-    let needed = match value.is_instance_of::<PyChain>() {
-        true => "a Posture or a Mechanism is needed, such as chain.mechanism(q)",
-        false => "a Posture or a Mechanism is needed",
+    let needed = if value.is_instance_of::<PyChain>() {
+        "a Posture or a Mechanism is needed, such as chain.mechanism(q)"
+    } else if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        "one Posture or one Mechanism is needed: simulate_many follows many bodies, each by itself; bodies that touch each other are one Mechanism"
+    } else {
+        "a Posture or a Mechanism is needed"
     };
     let mechanism = value.cast::<PyMechanism>();
     mechanism

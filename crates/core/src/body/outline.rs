@@ -210,6 +210,14 @@ fn coefficients(fields: &PostureFields, ends: [[f64; 2]; 2]) -> [f64; 3] {
     found.or_else(|| all().map(of).reduce(least)).unwrap_or_default()
 }
 
+/// The vertices of a polygon without the last one where this is the first one again, as other programs close a ring.
+pub(crate) fn opened(vertices: &[[f64; 2]]) -> &[[f64; 2]] {
+    match vertices {
+        [first, .., last] if vertices.len() > 3 && first == last => &vertices[..vertices.len() - 1],
+        _ => vertices,
+    }
+}
+
 /// Twice the area of a polygon, in m²: positive if its vertices are in counterclockwise order.
 ///
 /// # Errors

@@ -23,7 +23,7 @@ use crate::body::contact_space::ContactSpace;
 use crate::body::fields::{GroundKind, PostureFields};
 use crate::body::geometry::{ContactGeometry, couplings};
 use crate::body::local_model::{LocalModel, LocalModelFields};
-use crate::body::outline::Outline;
+use crate::body::outline::{self, Outline};
 use crate::body::own_ground::OwnGround;
 use crate::body::state::State;
 use crate::body::terrain;
@@ -234,6 +234,8 @@ impl Posture {
         let on_polyline = !fields.terrain.is_empty() || fields.ground == GroundKind::Shared;
         let own_ground =
             (!on_polyline).then(|| OwnGround::of(&fields.contacts, &geometry, longest)).flatten();
+        let corners = outline::opened(&fields.outline).len();
+        fields.outline.truncate(corners);
         let outline = Outline::new(&fields)?;
         let corners = if outline.is_some() { terrain::corners_of(&grounds) } else { Vec::new() };
         let parts = Parts {

@@ -10,7 +10,7 @@ use nalgebra::Vector2;
 
 use crate::body::contact::Contact;
 use crate::body::fields::{GroundKind, PostureFields};
-use crate::body::outline::checked_polygon;
+use crate::body::outline::{checked_polygon, opened};
 use crate::body::posture::{MAX_CONTACTS, Posture};
 use crate::error::{Error, positive};
 
@@ -123,7 +123,7 @@ impl Posture {
         }
     }
 
-    /// A polygon in its nominal posture. `vertices`: its corners in order, in m, in either direction. The contacts are its convex corners in
+    /// A polygon in its nominal posture. `vertices`: its corners in order, in m, in either direction; the first one may stand at the end again. The contacts are its convex corners in
     /// this order. Its centre of mass is that of a polygon of uniform density, and so is ρ unless it is given.
     ///
     /// ```
@@ -143,6 +143,7 @@ impl Posture {
             value,
             allowed: allowed.into(),
         };
+        let vertices = opened(vertices);
         let (double_area, count) = (checked_polygon("vertices", vertices)?, vertices.len());
         let from = Vector2::from(vertices[0]);
         let relative = |to: Vector2<f64>| -> Vec<Vector2<f64>> {

@@ -89,7 +89,7 @@ pub fn simulate_many_until(
 ) -> Result<Vec<End>, Error> {
     options.validate()?;
     if let Some(posture) = postures.first() {
-        excitation.validate(options.time, posture.fields().gravity)?;
+        excitation.validate(options.time, posture.fields().mass, posture.fields().gravity)?;
     }
     if postures.len() != 1 && postures.len() != states.len() {
         return Err(Error::Unusable {

@@ -61,7 +61,8 @@ impl<'a> Reader<'a> {
         Self { run, index: 0, held: None }
     }
 
-    /// The motion at time `t` on the clock, exact within a phase. At the time of an impact: after it.
+    /// The motion at time `t` on the clock, exact within a phase. At the time of an impact: after it. After the end of a run that came to rest
+    /// ([`Outcome::Rest`]) it is the state of rest.
     ///
     /// The last time is [`Trajectory::time`] itself: a sum or a product that should give it may be rounded up, and then lies outside the run.
     /// [`Trajectory::times`] gives equally spaced times with the exact end.
@@ -117,7 +118,7 @@ impl<'a> Reader<'a> {
     /// The body at time `t`; `None` at the end of the run.
     fn now(&mut self, t: f64) -> Result<Option<Now<'a>>, Error> {
         let piece = self.piece_at(t)?;
-        if t == self.run.time() {
+        if t >= self.run.time() {
             return Ok(None);
         }
         piece.and_then(|(k, dt)| self.moving(k, dt)).map(Some).ok_or_else(|| too_deep(t))
@@ -127,22 +128,20 @@ impl<'a> Reader<'a> {
     fn piece_at(&mut self, t: f64) -> Result<Option<(usize, f64)>, Error> {
         let pieces = self.run.pieces()?;
         let (start, end) = (self.run.options().time, self.run.time());
-        if !(t >= start && t <= end) {
+        let rests = self.run.outcome() == Outcome::Rest;
+        if !(t >= start && (t <= end || rests)) {
             return Err(Error::Unusable {
                 field: "t".into(),
                 value: format!("{t:?}"),
-                allowed: format!(
-                    "from {start:?} to {end:?}, the time of the run{}",
-                    if t > end && self.run.outcome() == Outcome::Rest {
-                        "; the body is at rest from then on"
-                    } else {
-                        ""
-                    }
-                ),
+                allowed: if rests {
+                    format!("from {start:?} on: at rest from {end:?} on")
+                } else {
+                    format!("from {start:?} to {end:?}, the time of the run")
+                },
             });
         }
         let last = self.run.record.end.clock;
-        if t == end {
+        if t >= end {
             let since = |piece: &Piece| (pieces.len() - 1, last.since(piece.clock).max(0.0));
             return Ok(pieces.last().map(since));
         }
@@ -227,7 +226,7 @@ impl<'a> Reader<'a> {
         let Some((k, dt)) = piece else { return unknown() };
         let open = [Outcome::Zeno, Outcome::Inconsistent, Outcome::Ambiguous];
         let sum = || matches!(self.motion(k), Some(Motion::Sum { .. }));
-        if t == self.run.time() && (open.contains(&self.run.outcome()) || sum()) {
+        if t >= self.run.time() && (open.contains(&self.run.outcome()) || sum()) {
             return unknown();
         }
         if let Some(mechanism) = self.run.mechanism() {

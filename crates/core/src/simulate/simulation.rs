@@ -61,7 +61,8 @@ impl fmt::Debug for Simulation<'_> {
     }
 }
 
-static NOTHING: Excitation = Excitation { kicks: Vec::new(), ground_motion: None };
+static NOTHING: Excitation =
+    Excitation { kicks: Vec::new(), forces: Vec::new(), ground_motion: None };
 
 impl<'a> Simulation<'a> {
     /// A run without kicks and with the ground at rest, which nothing stops.
@@ -96,12 +97,12 @@ impl<'a> Simulation<'a> {
             posture.check_sides(&start.q)?;
         }
         if !excitation.is_none() {
-            excitation.validate(options.time, posture.fields().gravity)?;
+            excitation.validate(options.time, posture.fields().mass, posture.fields().gravity)?;
             if options.certify {
                 return Err(Error::Unusable {
                     field: "certify".into(),
                     value: "true".into(),
-                    allowed: "false, because the run has kicks or a ground_motion".into(),
+                    allowed: "false, because the run has kicks, forces or a ground_motion".into(),
                 });
             }
         }
@@ -129,7 +130,8 @@ impl<'a> Simulation<'a> {
             let record = self.record(start, &[])?;
             return self.enclosed(Trajectory::new(record, model, reason, *options));
         }
-        let changes = excitation.changes(options.time, posture.fields().gravity);
+        let changes =
+            excitation.changes(options.time, posture.fields().mass, posture.fields().gravity);
         let mut record = self.record(start, &changes)?;
         record.warnings.extend(lasting(excitation.ground_motion.as_ref()));
         let run = Trajectory::new(record, model, reason, *options);

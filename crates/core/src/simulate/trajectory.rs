@@ -12,7 +12,7 @@ use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::{Error, quoted};
-use crate::excitation::{Excitation, GroundMotion, Kick};
+use crate::excitation::{Excitation, Force, GroundMotion, Kick};
 use crate::file::read::{in_file, read_whole};
 use crate::file::text::Format;
 use crate::flight::LOST_PHASE;
@@ -153,6 +153,8 @@ struct Question {
     #[serde(default)]
     kicks: Vec<Kick>,
     #[serde(default)]
+    forces: Vec<Force>,
+    #[serde(default)]
     ground_motion: Option<GroundMotion>,
     #[serde(flatten)]
     results: serde_json::Map<String, Value>,
@@ -177,8 +179,11 @@ impl Question {
                 simulate_mechanism_until(mechanism, &q, &qdot, &self.options, cancel)?
             }
             (Some(posture), None, None, WrittenStart::Body(start)) => {
-                let excitation =
-                    &Excitation { kicks: self.kicks, ground_motion: self.ground_motion };
+                let excitation = &Excitation {
+                    kicks: self.kicks,
+                    forces: self.forces,
+                    ground_motion: self.ground_motion,
+                };
                 let options = self.options;
                 Simulation { posture, start, options, excitation, cancel }.run()?
             }
@@ -296,7 +301,7 @@ impl Trajectory {
         self.model_reason
     }
 
-    /// The kicks and the motion of the ground of the run.
+    /// The kicks, the forces and the motion of the ground of the run.
     #[must_use]
     pub fn excitation(&self) -> &Excitation {
         &self.excitation
