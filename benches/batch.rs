@@ -13,7 +13,7 @@ const RODS: u32 = 4096;
 
 fn many(postures: &[Posture], states: &[State], options: &Options) -> Vec<End> {
     let resources = Resources { threads: 1 };
-    let nothing = Excitation::default();
+    let nothing = [Excitation::default()];
     simulate_many_until(postures, black_box(states), options, &nothing, resources, &|| false)
         .unwrap_or_else(|e| panic!("{e}"))
 }

@@ -112,6 +112,7 @@ __all__ = [
     "Runs",
     "Scene",
     "SelfSimilar",
+    "SmallestPush",
     "SolverError",
     "Sweep",
     "Verdict",
@@ -133,6 +134,7 @@ __all__ = [
     "self_similar",
     "simulate",
     "simulate_many",
+    "smallest_push",
     "stability",
     "static_forces",
     "write_whole",
@@ -1086,6 +1088,28 @@ class Verdict:
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
+class SmallestPush:
+    @property
+    def impulse(self) -> float | None: ...
+    @property
+    def force(self) -> float | None: ...
+    @property
+    def scale(self) -> float | None: ...
+    @property
+    def intervals(self) -> _Floats: ...
+    @property
+    def at_most(self) -> float: ...
+    @property
+    def unit(self) -> Literal["N s", "N", ""]: ...
+    @property
+    def sizes(self) -> _Floats: ...
+    @property
+    def came_back(self) -> npt.NDArray[np.bool_]: ...
+    @property
+    def posture(self) -> Posture: ...
+    def plot(self, path: _Path | None = None, *, ax: Any = None) -> Any: ...
+
+@final
 class Robustness:
     @property
     def sizes(self) -> _Floats: ...
@@ -1198,6 +1222,27 @@ def contact_modes(
 def load(path: _Path) -> Scene: ...
 def load_any(path: _Path) -> Scene | MechanismScene: ...
 def schema() -> str: ...
+def smallest_push(
+    posture: Posture,
+    direction: _Pair = ...,
+    point: _Pair | None = None,
+    *,
+    duration: float | None = None,
+    ground_motion: GroundMotion | None = None,
+    at_most: float | None = None,
+    rtol: float = 1e-9,
+    scan: int = 256,
+    threads: int | None = None,
+    model: _ModelName = "full",
+    impact: _Impact = "auto",
+    simultaneous: _Simultaneous | None = None,
+    time: float = 0.0,
+    time_limit: float | None = None,
+    event_limit: int = 1_000_000,
+    neighbourhood: float = ...,
+    edges: _Edges = "contact",
+    jams: _Jams = "none",
+) -> SmallestPush: ...
 def simulate_many(
     posture: Posture | Sequence[Posture],
     q: npt.ArrayLike,
@@ -1205,7 +1250,7 @@ def simulate_many(
     *,
     kicks: Sequence[Kick] = (),
     forces: Sequence[Force] = (),
-    ground_motion: GroundMotion | None = None,
+    ground_motion: GroundMotion | Sequence[GroundMotion | None] | None = None,
     model: _ModelName = "auto",
     impact: _Impact = "auto",
     simultaneous: _Simultaneous | None = None,

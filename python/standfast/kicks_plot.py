@@ -1,4 +1,4 @@
-"""The picture of what a posture withstands: the share of random kicks over their size. Needs matplotlib."""
+"""Pictures of what a posture withstands: the share of random kicks over their size, the sizes of pushes. Needs matplotlib."""
 
 from os import PathLike
 
@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from standfast._core import Robustness
+from standfast._core import Robustness, SmallestPush
 from standfast.plot import COLORS, Picture, axes_or_none, fitted, save
 
 #: Width and height of a new figure, in inches (one column of a paper); size of its text, in points; dots per inch.
@@ -18,27 +18,30 @@ ROOM = 0.04
 
 
 def plot(
-    result: Robustness, path: str | PathLike[str] | None = None, ax: object = None
+    result: Robustness | SmallestPush,
+    path: str | PathLike[str] | None = None,
+    ax: object = None,
 ) -> Figure | Axes:
-    """As `Robustness.plot`."""
+    """As `Robustness.plot` and `SmallestPush.plot`."""
+    draw = draw_shares if isinstance(result, Robustness) else draw_push
     axes = axes_or_none(ax)
     if axes is not None:
         if path is not None:
             raise ValueError(
                 f"path = {str(path)!r} cannot be used: None is allowed with ax; save the figure of the axes instead"
             )
-        draw(axes, result)
+        draw(axes, result)  # type: ignore[arg-type]
         fitted(axes)
         return axes
     with rc_context({"font.size": TEXT}):
         figure = Picture(figsize=(WIDTH, HEIGHT), dpi=DPI, layout="constrained")
-        draw(figure.subplots(), result)
+        draw(figure.subplots(), result)  # type: ignore[arg-type]
         if path is not None:
             save(figure, path)
     return figure
 
 
-def draw(axes: Axes, result: Robustness) -> None:
+def draw_shares(axes: Axes, result: Robustness) -> None:
     """The share over the size, both ends of its interval as a bar, in the order of the sizes."""
     order = np.argsort(result.sizes, kind="stable")
     sizes, share = result.sizes[order], result.share[order]
@@ -70,3 +73,24 @@ def draw(axes: Axes, result: Robustness) -> None:
         frameon=False,
         fontsize="medium",
     )
+
+
+def draw_push(axes: Axes, result: SmallestPush) -> None:
+    """The sizes as a bar, dark where the body does not come back, with the ends of its intervals as numbers below."""
+    name = {"N s": "kick / N s", "N": "force / N", "": "factor of the record"}
+    axes.axvspan(0, result.at_most, color=COLORS[0], alpha=0.25, lw=0, label="back")
+    label: str | None = "not back"
+    for low, high in result.intervals:
+        axes.axvspan(low, high, color=COLORS[1], lw=0, label=label)
+        label = None
+    axes.set_xlim(0, result.at_most)
+    axes.set_yticks([])
+    axes.set_xlabel(name[result.unit])
+    if len(result.intervals):
+        smallest = result.intervals[0, 0]
+        axes.set_title(
+            f"not back from {smallest:.6g} {result.unit} on",
+            loc="left",
+            fontsize="medium",
+        )
+    axes.legend(loc="upper right", framealpha=0.9, fontsize="medium")

@@ -157,25 +157,7 @@ pub fn robustness_until(
     let RobustnessOptions { trials, seed, run } = *options;
     let count = checked(sizes, trials, &run)?;
     let run = run.acting(posture.contacts().iter().map(|contact| contact.friction))?;
-    solvable(posture, &run)?;
-    let stance = Start::new(posture, &State::at_rest([0.0; 3]), run.model)?.touching();
-    if stance.is_empty() && posture.side_contacts().is_empty() {
-        return Err(unusable(
-            "posture",
-            "[no contact touches the ground at q = 0]".into(),
-            "a posture in which at least one contact touches",
-        ));
-    }
-    let origin = Vector3::zeros();
-    let sides = posture.sides_touched(&origin);
-    let sides = if run.edges == Edges::Contact { &sides[..] } else { &[] };
-    let count_of_own = posture.contacts().len();
-    let stance = stance.with((count_of_own..).take(sides.len()));
-    let foot = |contact: ContactNumber| match contact.index().checked_sub(count_of_own) {
-        Some(k) => Foot::Side(contact, sides[k]),
-        None => Foot::Own(contact, posture.touched(contact.index(), &origin)),
-    };
-    let feet: Vec<Foot> = stance.iter().map(foot).collect();
+    let stance = Stance::new(posture, &run)?;
     let kicks = directions(seed, trials);
     let rho = posture.fields().gyration_radius;
     let kick = |number: usize| {
@@ -188,8 +170,8 @@ pub fn robustness_until(
     for first in (0..count).step_by(CHUNK) {
         let numbers = first..(first + CHUNK).min(count);
         let states: Vec<State> = numbers.clone().map(kick).collect();
-        let posture = std::slice::from_ref(posture);
-        let ends = ends(posture, &states, &run, &Excitation::default(), resources, cancel);
+        let one = std::slice::from_ref(posture);
+        let ends = ends(one, &states, &run, &[Excitation::default()], resources, cancel);
         let ends = ends.map_err(|(at, error)| {
             let (size, kick) = (sizes[(first + at) / trials], (first + at) % trials);
             error.at(|| format!("kick {kick} of {size:?} m/s"))
@@ -197,17 +179,17 @@ pub fn robustness_until(
         if warnings.is_empty()
             && let Some(k) = ends.iter().position(|end| end.warned)
         {
-            let again = Simulation { cancel, ..Simulation::new(&posture[0], states[k], run) };
+            let again = Simulation { cancel, ..Simulation::new(posture, states[k], run) };
             let again = again.run()?;
             warnings = again.warnings().to_vec();
         }
         for (number, end) in numbers.zip(&ends) {
-            levels[number / trials].add(end, came_back(&posture[0], &feet, &run, end), rho);
+            levels[number / trials].add(end, stance.came_back(end), rho);
         }
         done(ends.len());
     }
     levels.iter_mut().for_each(Level::summarize);
-    let contacts = stance.iter().collect();
+    let contacts = stance.feet.iter().map(Foot::contact).collect();
     Ok(Robustness { seed, trials, impact: run.impact, warnings, contacts, kicks, levels })
 }
 
@@ -317,22 +299,60 @@ impl Foot {
     }
 }
 
-/// Returns true if the body has come back to the stance on these feet: see the top of this file.
-fn came_back(posture: &Posture, feet: &[Foot], run: &Options, end: &End) -> bool {
-    let q = &end.state.q;
-    let moved = libm::hypot(q.x, q.y);
-    let stands = |foot: &Foot| {
-        let same = SAME_GROUND * (posture.size() + moved);
-        let touches = end.touching.contains(foot.contact());
-        let allowed = if touches { same } else { HOVERS * posture.size() };
-        let gaps = foot.gaps(posture, q, run.model == Model::Local);
-        gaps.iter().any(|gap| (-same..=allowed).contains(gap))
-    };
-    end.outcome == Outcome::Rest
-        && q.z.abs() < std::f64::consts::PI
-        && moved <= run.neighbourhood
-        && end.touching.iter().all(|contact| feet.iter().any(|foot| foot.contact() == contact))
-        && feet.iter().all(stands)
+/// The body at rest at q = 0 on its feet, for runs with these options.
+pub(crate) struct Stance<'a> {
+    posture: &'a Posture,
+    feet: Vec<Foot>,
+    frozen: bool,
+    neighbourhood: f64,
+}
+
+impl<'a> Stance<'a> {
+    /// Errors: a posture in which no contact touches; what cannot be simulated with these options.
+    pub(crate) fn new(posture: &'a Posture, run: &Options) -> Result<Self, Error> {
+        solvable(posture, run)?;
+        let stance = Start::new(posture, &State::at_rest([0.0; 3]), run.model)?.touching();
+        if stance.is_empty() && posture.side_contacts().is_empty() {
+            return Err(unusable(
+                "posture",
+                "[no contact touches the ground at q = 0]".into(),
+                "a posture in which at least one contact touches",
+            ));
+        }
+        let origin = Vector3::zeros();
+        let sides = posture.sides_touched(&origin);
+        let sides = if run.edges == Edges::Contact { &sides[..] } else { &[] };
+        let count_of_own = posture.contacts().len();
+        let stance = stance.with((count_of_own..).take(sides.len()));
+        let foot = |contact: ContactNumber| match contact.index().checked_sub(count_of_own) {
+            Some(k) => Foot::Side(contact, sides[k]),
+            None => Foot::Own(contact, posture.touched(contact.index(), &origin)),
+        };
+        Ok(Self {
+            posture,
+            feet: stance.iter().map(foot).collect(),
+            frozen: run.model == Model::Local,
+            neighbourhood: run.neighbourhood,
+        })
+    }
+
+    /// Returns true if the body has come back to its feet: see the top of this file.
+    pub(crate) fn came_back(&self, end: &End) -> bool {
+        let (posture, feet, q) = (self.posture, &self.feet, &end.state.q);
+        let moved = libm::hypot(q.x, q.y);
+        let stands = |foot: &Foot| {
+            let same = SAME_GROUND * (posture.size() + moved);
+            let touches = end.touching.contains(foot.contact());
+            let allowed = if touches { same } else { HOVERS * posture.size() };
+            let gaps = foot.gaps(posture, q, self.frozen);
+            gaps.iter().any(|gap| (-same..=allowed).contains(gap))
+        };
+        end.outcome == Outcome::Rest
+            && q.z.abs() < std::f64::consts::PI
+            && moved <= self.neighbourhood
+            && end.touching.iter().all(|contact| feet.iter().any(|foot| foot.contact() == contact))
+            && feet.iter().all(stands)
+    }
 }
 
 impl Level {

@@ -540,3 +540,11 @@ pub(crate) const CUBIC_TURN: f64 = 0.5;
 /// Bound of the error of that cubic. Unit: its error at the middle of the interval, which is the largest error except for terms of higher
 /// order. Range: 1.5 to 10.
 pub(crate) const MEASURED_ERROR: f64 = 2.0;
+
+/// Relative error of the ends of intervals of pushes, unless another one is given. Runs near an end stand almost still for a time, and have
+/// more rounding error than others. Range: 1e-14 to 1e-3.
+pub(crate) const PUSH: f64 = 1e-9;
+
+/// Push below which a push counts as none. Unit: the largest one that is tried. Bodies that any push makes fall have an interval from there
+/// on. Range: 1e-300 to 1e-12.
+pub(crate) const NO_PUSH: f64 = 1e-15;

@@ -137,7 +137,7 @@ fn bits(end: &End) -> Vec<u64> {
 
 /// The ends of runs that nothing kicks or stops, on this number of threads.
 fn ends(postures: &[Posture], states: &[State], options: &Options, threads: usize) -> Vec<End> {
-    let (nothing, resources) = (Excitation::default(), Resources { threads });
+    let (nothing, resources) = ([Excitation::default()], Resources { threads });
     simulate_many_until(postures, states, options, &nothing, resources, &|| false).unwrap()
 }
 
@@ -262,7 +262,7 @@ fn runs_are_stopped_at_once() {
                 &rod,
                 &states,
                 &options,
-                &Excitation::default(),
+                &[Excitation::default()],
                 resources,
                 &cancel,
             );

@@ -33,7 +33,8 @@ pub(crate) struct PyRuns {
     postures: Vec<Posture>,
     states: Vec<State>,
     options: Options,
-    excitation: Excitation,
+    /// One for all runs, or one for each.
+    excitations: Vec<Excitation>,
     ends: Vec<End>,
 }
 
@@ -71,7 +72,8 @@ impl PyRuns {
         let posture = self.postures.get(i).unwrap_or(&self.postures[0]);
         let options = Options { record: true, ..self.options };
         interruptible_run(py, |cancel| {
-            let (start, excitation) = (self.states[i], &self.excitation);
+            let excitation = self.excitations.get(i).unwrap_or(&self.excitations[0]);
+            let start = self.states[i];
             Simulation { posture, start, options, excitation, cancel }.run()
         })
     }
@@ -90,13 +92,18 @@ impl PyRuns {
     ) -> PyResult<(Bound<'py, PyAny>, (Bound<'py, PyAny>, Vec<[f64; 3]>, Vec<[f64; 3]>))> {
         let simulate = py.import("standfast")?.getattr("simulate_many")?;
         let keywords = options::get(py, &self.options)?;
-        if !self.excitation.is_none() {
-            let kicks: Vec<_> = self.excitation.kicks.iter().map(|kick| PyKick(*kick)).collect();
+        if !self.excitations.iter().all(Excitation::is_none) {
+            let [first, ..] = &self.excitations[..] else { unreachable!("there is at least one") };
+            let kicks: Vec<_> = first.kicks.iter().map(|kick| PyKick(*kick)).collect();
             keywords.set_item("kicks", kicks)?;
-            let forces: Vec<_> = self.excitation.forces.iter().copied().map(PyForce).collect();
+            let forces: Vec<_> = first.forces.iter().copied().map(PyForce).collect();
             keywords.set_item("forces", forces)?;
-            let motion = self.excitation.ground_motion.clone().map(PyGroundMotion);
-            keywords.set_item("ground_motion", motion)?;
+            let motion = |of: &Excitation| of.ground_motion.clone().map(PyGroundMotion);
+            match &self.excitations[..] {
+                [one] => keywords.set_item("ground_motion", motion(one))?,
+                all => keywords
+                    .set_item("ground_motion", all.iter().map(motion).collect::<Vec<_>>())?,
+            }
         }
         let many = question(simulate, &keywords)?;
         let postures: Vec<_> = self.postures.iter().cloned().map(PyPosture).collect();
@@ -273,8 +280,8 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
 
 /// The motions of many postures, or of one posture from many states, as Runs.
 ///
-/// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same value in each run. kicks, forces, ground_motion : as
-/// for `simulate`, the same in each run. threads : number of
+/// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same value in each run. kicks, forces : as
+/// for `simulate`, the same in each run. ground_motion : GroundMotion or None, the same in each run, or a sequence of N of them. threads : number of
 /// threads; None uses every core, with at least 16 runs for each. The other keywords are those of `simulate`; `record` and `certify`
 /// have no effect here: use runs[i], which repeats run i with all its events. Each run has the same result, to the last bit, as a
 /// call of `simulate`, with any number of threads.
@@ -282,7 +289,7 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
 /// Raises ValueError naming the field, its value and the allowed range, and the first run with a wrong value, from 0.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "the keywords of the function in Python")]
-#[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), forces=Vec::new(), ground_motion=None, threads=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), forces=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=False, certify=False, threads=None)")]
+#[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), forces=Vec::new(), ground_motion=vec![None], threads=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), forces=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=False, certify=False, threads=None)")]
 pub(crate) fn simulate_many(
     py: Python<'_>,
     posture: &Bound<'_, PyAny>,
@@ -290,7 +297,9 @@ pub(crate) fn simulate_many(
     qdot: &Bound<'_, PyAny>,
     #[pyo3(from_py_with = crate::excitation::kicks)] kicks: Vec<Kick>,
     #[pyo3(from_py_with = crate::excitation::forces)] forces: Vec<Force>,
-    #[pyo3(from_py_with = crate::excitation::ground_motion)] ground_motion: Option<GroundMotion>,
+    #[pyo3(from_py_with = crate::excitation::ground_motions)] ground_motion: Vec<
+        Option<GroundMotion>,
+    >,
     #[pyo3(from_py_with = input::threads)] threads: Option<usize>,
     options: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyRuns> {
@@ -306,21 +315,25 @@ pub(crate) fn simulate_many(
     let one = posture.cast::<PyPosture>().is_ok();
     let postures = postures(posture)?;
     let (q, qdot) = (rows("q", q)?, rows("qdot", qdot)?);
-    let count = if !one {
-        postures.len()
-    } else if q.len() == 1 {
-        qdot.len()
+    // The first of these that has not one entry for all runs tells their number.
+    let counts = [q.len(), qdot.len(), ground_motion.len()];
+    let count = if one {
+        counts.into_iter().find(|count| *count != 1).unwrap_or(1)
     } else {
-        q.len()
+        postures.len()
     };
     let (q, qdot) = (spread("q", q, count)?, spread("qdot", qdot, count)?);
     let states: Vec<State> = q.iter().zip(&qdot).map(|(q, v)| State::new(*q, *v)).collect();
     drop((q, qdot));
     let mut resources = Resources::default();
     resources.threads = threads.unwrap_or(resources.threads);
-    let excitation = Excitation { kicks, forces, ground_motion };
+    let excited = |ground_motion| {
+        let (kicks, forces) = (kicks.clone(), forces.clone());
+        Excitation { kicks, forces, ground_motion }
+    };
+    let excitations: Vec<Excitation> = ground_motion.into_iter().map(excited).collect();
     let ends = interruptible(py, |cancel| {
-        simulate_many_until(&postures, &states, &options, &excitation, resources, cancel)
+        simulate_many_until(&postures, &states, &options, &excitations, resources, cancel)
     })?;
-    Ok(PyRuns { postures, states, options, excitation, ends })
+    Ok(PyRuns { postures, states, options, excitations, ends })
 }

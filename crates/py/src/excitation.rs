@@ -35,6 +35,17 @@ pub(crate) fn ground_motion(value: &Bound<'_, PyAny>) -> PyResult<Option<GroundM
     Ok(Some(motion.get().0.clone()))
 }
 
+/// Reads the motions of the ground of many runs: one for all of them, or one for each.
+pub(crate) fn ground_motions(value: &Bound<'_, PyAny>) -> PyResult<Vec<Option<GroundMotion>>> {
+    if value.is_none() || value.cast::<PyGroundMotion>().is_ok() {
+        return Ok(vec![ground_motion(value)?]);
+    }
+    input::sequence("ground_motion", value, |field, item| {
+        ground_motion(item)
+            .map_err(|_| input::wrong_type(field, item, "None or a GroundMotion is needed"))
+    })
+}
+
 /// An impulse on the body at an instant of a run. A contact that it drives into the ground is hit at the same instant, and rebounds with its
 /// restitution: a foot that should stay on the ground while the body is pushed needs restitution 0.
 ///

@@ -215,15 +215,15 @@ macro_rules! arguments {
 
 arguments! {
     real -> f64: width, height, radius, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
-    real -> f64: tangential_restitution, theta, omega, time, neighbourhood, energy, fps, speed, start, end;
+    real -> f64: tangential_restitution, theta, omega, time, neighbourhood, energy, fps, speed, start, end, rtol;
     real -> f64: inertia, torque, angle;
-    optional -> Option<f64>: time_limit, center, at;
+    optional -> Option<f64>: time_limit, center, at, duration, at_most;
     series -> Vec<f64>: normal, tangential, load;
-    reals -> [f64; 2]: impulse, force, point, segment, center_of_mass, psi, phi, gaps, rates;
+    reals -> [f64; 2]: impulse, force, direction, point, segment, center_of_mass, psi, phi, gaps, rates;
     reals -> [f64; 3]: q, qdot, wrench, free_acceleration;
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
-    count -> usize: contact, event_limit, seed;
+    count -> usize: contact, event_limit, seed, scan;
     word -> &'a str: base, kind, ground, model, impact, stop, edges, jams, method, level, clock;
     some_word -> Option<&'a str>: simultaneous;
     flag -> bool: record, certify;

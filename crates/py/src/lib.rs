@@ -22,6 +22,7 @@ mod batch;
 mod mechanism_scene;
 mod scene;
 mod stability;
+mod push;
 mod robustness;
 mod sweep;
 mod ask;
@@ -56,6 +57,8 @@ mod _core {
     };
     #[pymodule_export]
     use crate::posture::{PyContact, PyPosture};
+    #[pymodule_export]
+    use crate::push::{PySmallestPush, smallest_push};
     #[pymodule_export]
     use crate::reduced::{
         PyExponents, PyFate, PyOrbit, PySelfSimilar, chatter_bound, chatter_restitution,

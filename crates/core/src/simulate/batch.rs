@@ -55,11 +55,11 @@ pub fn simulate_many(
     states: &[State],
     options: &Options,
 ) -> Result<Vec<End>, Error> {
-    let (excitation, resources) = (Excitation::default(), Resources::default());
-    simulate_many_until(postures, states, options, &excitation, resources, &|| false)
+    let (nothing, resources) = ([Excitation::default()], Resources::default());
+    simulate_many_until(postures, states, options, &nothing, resources, &|| false)
 }
 
-/// As [`simulate_many`], with the same kicks and motion of the ground in each run, and with these resources. `cancel` is called from time to
+/// As [`simulate_many`], with kicks, forces and a motion of the ground, the same in each run or one excitation for each, and with these resources. `cancel` is called from time to
 /// time, always on the thread that has called this function; once it returns true, the result is [`Error::Cancelled`].
 ///
 /// ```
@@ -69,8 +69,8 @@ pub fn simulate_many(
 ///
 /// let rod = [Posture::rod(0.5, &Lamina::default())?];
 /// let (starts, options) = ([State::at_rest([0.0, 0.01, 0.001])], Options::default());
-/// let (excitation, resources) = (Excitation::default(), Resources { threads: 1 });
-/// let run = |cancel: &dyn Fn() -> bool| simulate_many_until(&rod, &starts, &options, &excitation, resources, cancel);
+/// let (nothing, resources) = ([Excitation::default()], Resources { threads: 1 });
+/// let run = |cancel: &dyn Fn() -> bool| simulate_many_until(&rod, &starts, &options, &nothing, resources, cancel);
 /// assert_eq!(run(&|| false)?.len(), 1);
 /// assert_eq!(run(&|| true), Err(Error::Cancelled));
 /// # Ok::<(), standfast::Error>(())
@@ -83,22 +83,27 @@ pub fn simulate_many_until(
     postures: &[Posture],
     states: &[State],
     options: &Options,
-    excitation: &Excitation,
+    excitations: &[Excitation],
     resources: Resources,
     cancel: &dyn Fn() -> bool,
 ) -> Result<Vec<End>, Error> {
     options.validate()?;
-    if let Some(posture) = postures.first() {
+    if let ([posture, ..], [excitation]) = (postures, excitations) {
         excitation.validate(options.time, posture.fields().mass, posture.fields().gravity)?;
     }
-    if postures.len() != 1 && postures.len() != states.len() {
-        return Err(Error::Unusable {
-            field: "posture".into(),
-            value: format!("[{} postures]", postures.len()),
-            allowed: format!("one posture, or one for each of the {} states", states.len()),
-        });
+    for (field, one, many, count) in [
+        ("posture", "posture", "postures", postures.len()),
+        ("ground_motion", "motion of the ground", "motions", excitations.len()),
+    ] {
+        if count != 1 && count != states.len() {
+            return Err(Error::Unusable {
+                field: field.into(),
+                value: format!("[{count} {many}]"),
+                allowed: format!("one {one}, or one for each of the {} states", states.len()),
+            });
+        }
     }
-    ends(postures, states, options, excitation, resources, cancel)
+    ends(postures, states, options, excitations, resources, cancel)
         .map_err(|(run, error)| error.at(|| format!("run {run}")))
 }
 
@@ -107,7 +112,7 @@ pub(crate) fn ends(
     postures: &[Posture],
     states: &[State],
     options: &Options,
-    excitation: &Excitation,
+    excitations: &[Excitation],
     resources: Resources,
     cancel: &dyn Fn() -> bool,
 ) -> Result<Vec<End>, FailedAt> {
@@ -122,6 +127,7 @@ pub(crate) fn ends(
             }
             let posture = own.as_ref().unwrap_or_else(|| &postures[run]);
             let start = states[run];
+            let excitation = excitations.get(run).unwrap_or(&excitations[0]);
             let one = Simulation { posture, start, options, excitation, cancel: stop };
             one.end().map_err(|error| (run, error))
         };
@@ -153,8 +159,8 @@ mod tests {
         let starts = [State::at_rest([0.0, 0.1, 0.2]); 100];
         let options = Options { impact: Impact::Moreau, ..Options::default() };
         let resources = Resources { threads: 1 };
-        let excitation = Excitation::default();
-        let ends = simulate_many_until(&blocks, &starts, &options, &excitation, resources, &cancel);
+        let nothing = [Excitation::default()];
+        let ends = simulate_many_until(&blocks, &starts, &options, &nothing, resources, &cancel);
         assert_eq!(ends, Err(Error::Cancelled));
         assert_eq!(asked.get(), 4);
     }

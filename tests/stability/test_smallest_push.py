@@ -1,0 +1,133 @@
+"""The smallest push, against closed forms of boxes that turn about a corner, and against simulations on both sides of each end.
+
+STANDFAST_PUSHED sets the number of random bodies (6).
+"""
+
+import math
+import os
+
+import numpy as np
+import pytest
+import standfast as sf
+
+BODIES = int(os.environ.get("STANDFAST_PUSHED", "6"))
+G = 9.81
+
+
+def corner_inertia(width, height):
+    """About a lower corner, per unit mass, in m²."""
+    return (width**2 + height**2) / 3
+
+
+def rise(width, height):
+    """Of the centre of mass until it is above the corner, in m."""
+    return (math.hypot(width, height) - height) / 2
+
+
+def came_back(posture, size, direction, point, **options):
+    """A run of its own, judged by where the feet end."""
+    unit = np.array(direction) / np.linalg.norm(direction)
+    kick = sf.Kick(0, tuple(size * unit), point)
+    run = sf.simulate(posture, kicks=[kick], model="full", record=False, **options)
+    return run.outcome == "rest" and abs(run.theta) < 1e-6 and abs(run.gaps[:2]).max() < 1e-9  # fmt: skip
+
+
+@pytest.mark.parametrize(("width", "height"), [(1, 2), (0.5, 3), (2, 2.5)])
+def test_a_box_pushed_at_its_top_turns_about_its_corner(width, height):
+    """J h = I ω, ½ I ω² = m g Δh. The corner does not slip: friction is large."""
+    mass = 3.0
+    box = sf.Posture.box(width, height, mass=mass, friction=5.0, gravity=G)
+    found = sf.smallest_push(box, point=(0, height))
+    inertia, lifted = corner_inertia(width, height), rise(width, height)
+    exact = mass * math.sqrt(2 * G * lifted * inertia) / height
+    assert found.impulse == pytest.approx(exact, rel=2e-9)
+    assert found.force is None
+    assert found.scale is None
+    low, high = found.intervals[0]
+    assert low < high <= found.at_most
+    assert not found.came_back[(found.sizes > low) & (found.sizes < high)].any()
+    assert found.came_back[found.sizes < low].all()
+
+
+def test_a_push_that_lasts_long_is_the_static_one_and_a_short_one_a_kick():
+    """A force at the centre of mass tips a box at F = m g w/h if it lasts, and with J h/2 = I ω, ½ I ω² = m g Δh if it is short."""
+    width, height = 1.0, 4.0
+    box = sf.Posture.box(width, height, friction=5.0, gravity=G)
+    long = sf.smallest_push(box, duration=50.0, rtol=1e-7)
+    # Once it has lifted off, the force does more work than gravity takes.
+    assert long.force == pytest.approx(G * width / height, rel=1e-4)
+    assert long.impulse is None
+    short = sf.smallest_push(box, duration=1e-6)
+    inertia, lifted = corner_inertia(width, height), rise(width, height)
+    exact = 2 * math.sqrt(2 * G * lifted * inertia) / height
+    assert short.force * 1e-6 == pytest.approx(exact, rel=1e-5)
+
+
+def test_the_scale_of_a_record_is_that_of_a_single_run():
+    box = sf.Posture.box(1.0, 4.0, friction=5.0, gravity=G)
+    pulse = sf.GroundMotion([0, 0.3, 0.6], [(2, 0), (-2, 0), (0, 0)])
+    found = sf.smallest_push(box, ground_motion=pulse)
+    low = found.scale
+    for factor, outcome in ((1 - 1e-6, True), (1 + 1e-6, False)):
+        size = low * factor
+        scaled = sf.GroundMotion([0, 0.3, 0.6], [(2 * size, 0), (-2 * size, 0), (0, 0)])
+        run = sf.simulate(box, ground_motion=scaled, model="full")
+        assert (abs(run.theta) < 1e-6) == outcome
+    assert len(found.intervals) >= 1
+
+
+def test_ends_of_intervals_bracket_of_random_bodies():
+    rng, islands, checked = np.random.default_rng(641), 0, 0
+    for _ in range(BODIES):
+        width, height = rng.uniform(0.3, 1.5), rng.uniform(0.8, 2.0)
+        box = sf.Posture.box(width, height, mass=rng.uniform(1, 5), friction=rng.uniform(0.3, 1.5), restitution=rng.choice([0, 0.2]), gravity=G)  # fmt: skip
+        direction = (1, rng.uniform(-0.3, 0.3))
+        point = (rng.uniform(-0.5, 0.5) * width, rng.uniform(0.5, 1.0) * height)
+        found = sf.smallest_push(box, direction, point, scan=64)
+        if found.impulse is None:
+            continue
+        islands += len(found.intervals) > 1
+        for low, high in found.intervals:
+            assert came_back(box, low * (1 - 1e-6), direction, point)
+            assert not came_back(box, low * (1 + 1e-12), direction, point)
+            if high < found.at_most:
+                assert not came_back(box, high * (1 - 1e-12), direction, point)
+                assert came_back(box, high * (1 + 1e-6), direction, point)
+        for part in rng.uniform(0, 1 - 1e-6, 20):
+            first = found.sizes[np.flatnonzero(~found.came_back)[0]] if (~found.came_back).any() else found.at_most  # fmt: skip
+            assert came_back(box, part * min(found.impulse, first), direction, point)
+        checked += 1
+    assert checked >= BODIES / 2
+
+
+def test_nothing_found_unstable_bodies_and_wrong_arguments():
+    low = sf.Posture.box(4.0, 0.2, friction=0.1, gravity=G)
+    safe = sf.smallest_push(low, at_most=1.0, scan=8)
+    assert safe.impulse is None
+    assert safe.intervals.shape == (0, 2)
+    assert safe.came_back.all()
+    assert "comes back from all up to" in repr(safe)
+    box = sf.Posture.box(1, 1, friction=0.5)
+    for arguments, message in (
+        ({"at_most": 0}, "at_most = 0"),
+        ({"direction": (0, 0)}, "direction = 0"),
+        ({"duration": -1}, "duration = -1"),
+        ({"scan": 0}, "scan = 0"),
+        ({"rtol": 2}, "rtol = 2"),
+        ({"point": (0, 1), "duration": 1}, "at most one"),
+        ({"ground_motion": sf.GroundMotion([0], tilt=[0.1])}, "by accelerations"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            sf.smallest_push(box, **arguments)
+
+
+def test_many_runs_with_motions_of_their_own():
+    box = sf.Posture.box(1, 2, friction=0.5)
+    motions = [None, *[sf.GroundMotion([0, 0.2], [(a, 0), (0, 0)]) for a in (3, 6, 9)]]
+    runs = sf.simulate_many(box, (0, 0, 0), (0, 0, 0), ground_motion=motions)
+    for k, motion in enumerate(motions):
+        one = sf.simulate(box, ground_motion=motion)
+        assert np.array_equal(runs.q[k], one.q)
+        assert runs[k].ground_motion == motion
+    with pytest.raises(ValueError, match=r"ground_motion = .4 motions. cannot be used: one motion of the ground, or one for each of the 3 states"):  # fmt: skip
+        sf.simulate_many(box, np.zeros((3, 3)), (0, 0, 0), ground_motion=motions)
