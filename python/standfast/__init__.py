@@ -76,6 +76,7 @@ from standfast._core import (
 from standfast.explorer import explore
 from standfast.kicks import robustness
 from standfast.maps import plot_map, sweep
+from standfast.records import read_record
 
 __all__ = [
     "Chain",
@@ -126,6 +127,7 @@ __all__ = [
     "load",
     "neimark_sacker",
     "plot_map",
+    "read_record",
     "robustness",
     "schema",
     "self_similar",

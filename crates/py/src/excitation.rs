@@ -174,7 +174,7 @@ impl PyForce {
 /// A motion of the ground by steps. An entry of `acceleration` or `tilt` holds from its time to the next one; before the first time the
 /// ground is at rest and level. All positions and velocities of the run are relative to the ground.
 ///
-/// times : (k,) s, increasing. acceleration : (k, 2) m/s², (x, y). tilt : (k,) rad, counterclockwise, instead of acceleration; the steps of
+/// times : (k,) s, increasing. acceleration : (k, 2) m/s², (x, y), or (k,), horizontal. tilt : (k,) rad, counterclockwise, instead of acceleration; the steps of
 /// the angle are so slow that only the direction of gravity changes.
 ///
 /// >>> import standfast as sf

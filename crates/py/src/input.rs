@@ -281,7 +281,15 @@ pub(crate) fn times(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
 
 /// The accelerations of the ground, or None.
 pub(crate) fn accelerations(value: &Bound<'_, PyAny>) -> PyResult<Option<Vec<[f64; 2]>>> {
-    if value.is_none() { Ok(None) } else { sequence("acceleration", value, reals).map(Some) }
+    if value.is_none() {
+        return Ok(None);
+    }
+    // A number alone is horizontal.
+    let entry = |field: &str, item: &Bound<'_, PyAny>| match item.extract::<f64>() {
+        Ok(_) => real(field, item).map(|x| [x, 0.0]),
+        Err(_) => reals(field, item),
+    };
+    sequence("acceleration", value, entry).map(Some)
 }
 
 /// The corners of a polygon.
