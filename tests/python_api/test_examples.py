@@ -1,5 +1,6 @@
 """Every example runs and shows the intended mechanics."""
 
+import importlib.util
 import math
 import subprocess
 import sys
@@ -186,3 +187,20 @@ def test_python_example():
     assert lines[-2] == "0.047784807064220 s: contacts (1, 2) are at rest (2-zeno)"
     assert lines[0].endswith("contact 1 hits the floor")
     assert done.stderr == ""
+
+
+def test_the_overturning_spectrum_is_that_of_scipy():
+    """At eight points as Housner's block of scipy; it has safe islands: a harder pulse that does not overturn."""
+    pytest.importorskip("scipy")
+    pytest.importorskip("matplotlib")
+    path = EXAMPLES / "overturning_spectrum.py"
+    spec = importlib.util.spec_from_file_location("overturning_spectrum", path)
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    pulses, overturned = example.spectrum()
+    for k in np.random.default_rng(3).choice(overturned.size, 8, replace=False):
+        assert example.overturns(pulses[k]) == overturned.flat[k], k
+    # Along an amplitude: over the frequencies it overturns up to the edge, but for islands.
+    islands = [row for row in overturned if (np.diff(row.astype(int)) == 1).any()]
+    assert len(islands) >= 3
+    assert not overturned[0].any()
