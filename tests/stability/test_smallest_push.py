@@ -3,8 +3,10 @@
 STANDFAST_PUSHED sets the number of random bodies (6).
 """
 
+import importlib.util
 import math
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -98,6 +100,29 @@ def test_ends_of_intervals_bracket_of_random_bodies():
             assert came_back(box, part * min(found.impulse, first), direction, point)
         checked += 1
     assert checked >= BODIES / 2
+
+
+def test_islands_of_a_pulse_are_those_of_scipy():
+    """Between two intervals of amplitudes the second half of the pulse throws the block back. An integration of Housner's equation by scipy
+    changes its answer at the same ends, to 1e-5."""
+    pytest.importorskip("scipy")
+    pytest.importorskip("matplotlib")
+    path = Path(__file__).parents[2] / "examples" / "overturning_spectrum.py"
+    spec = importlib.util.spec_from_file_location("overturning_spectrum", path)
+    example = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(example)
+    block = sf.Posture.box(example.WIDTH, example.HEIGHT, friction=example.FRICTION, gravity=G)  # fmt: skip
+    least = G * math.tan(example.SLENDER)
+    frequency = 1.48
+    pulse = example.pulse(frequency, least)
+    found = sf.smallest_push(block, ground_motion=pulse, at_most=6, scan=96)
+    assert len(found.intervals) == 2
+    (low, high), (again, most) = found.intervals
+    assert most == 6
+    for end, falls_above in ((low, True), (high, False), (again, True)):
+        for factor in (1 - 1e-5, 1 + 1e-5):
+            falls = example.overturns(example.pulse(frequency, least * end * factor))  # fmt: skip
+            assert falls == ((factor > 1) == falls_above), (frequency, end, factor)
 
 
 def test_nothing_found_unstable_bodies_and_wrong_arguments():
