@@ -1,6 +1,6 @@
 //! The smallest push from which a body does not come back: by a scan of sizes, and bisection between neighbours that end differently.
 //!
-//! What comes back means is said in [`robustness`](crate::robustness). Larger pushes than the smallest one may be harmless again: a body
+//! What comes back means is said in [`robustness`](mod@crate::robustness). Larger pushes than the smallest one may be harmless again: a body
 //! that is thrown on may land on its feet. So the result is a list of intervals. An interval between two neighbours of the scan may be missed.
 
 use serde::Serialize;
