@@ -350,9 +350,8 @@ def stack(rng, count, e):
 
 
 def test_stacks_of_three_blocks_come_to_rest():
-    """Six contacts. They are dropped, tilted or kicked; energy never rises. At most one of 500 keeps moving by its rounding errors."""
+    """Six contacts. They are dropped, tilted or kicked; energy never rises."""
     rng = np.random.default_rng(3)
-    endless = 0
     for k in range(STACKS):
         e = [0.0, 0.2, 0.5][k % 3]
         system, load = stack(rng, 3, e)
@@ -363,13 +362,8 @@ def test_stacks_of_three_blocks_come_to_rest():
             v = rng.normal(0, 0.05, 9)
         run = sf.simulate(system, q, v, time_limit=20.0)
         case = f"{k}: {run}, {run.warnings}"
-        if run.outcome == "event-limit":
-            assert np.abs(run.qdot).max() < 1e-10, case
-            endless += 1
-        else:
-            assert run.outcome == "rest", case
+        assert run.outcome == "rest", case
         t = run.sample(100)[0]
         positions, speeds = run.at(t)
         energy = 0.5 * (speeds**2).sum(axis=1) - positions @ load
         assert np.diff(energy).max() <= 1e-12 * energy.max() + 1e-15, case
-    assert endless <= STACKS / 500
