@@ -168,7 +168,7 @@ def mechanism(matrix=((1, 0), (0, 1)), load=(0, -1), contacts=(ROWS,), **others)
         (lambda: mechanism(armature=[1]), r"armature = array of shape \[1\] cannot"),
         (lambda: mechanism(armature=[]), r"armature = array of shape \[0\] cannot"),
         (lambda: mechanism(armature=[1, -1]), "armature.1 = -1.0 is outside"),
-        (lambda: mechanism(restitution=1), "restitution = 1.0 is outside"),
+        (lambda: mechanism(restitution=1.5), "restitution = 1.5 is outside"),
         (
             lambda: mechanism(contacts=[sf.ContactRows([1], [0, 1])]),
             r"contacts.1.normal = \[1 entries\] cannot",

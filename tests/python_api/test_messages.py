@@ -139,8 +139,8 @@ IN_PYTHON = [
     # Bodies.
     (lambda: body(mass=0), ValueError, "mass = 0.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),
     (lambda: body(mass="1"), TypeError, "mass = '1' cannot be used: a number is needed"),
-    (lambda: body(restitution=1), ValueError, "restitution = 1.0 is outside its range: 0 <= restitution < 1: 0, or from 1e-60 on; with 1 a body would bounce for ever"),
-    (lambda: body(restitution=1e-61), ValueError, "restitution = 1e-61 is outside its range: 0 <= restitution < 1: 0, or from 1e-60 on"),
+    (lambda: body(restitution=1.5), ValueError, "restitution = 1.5 is outside its range: 0 <= restitution <= 1: 0, or from 1e-60 on"),
+    (lambda: body(restitution=1e-61), ValueError, "restitution = 1e-61 is outside its range: 0 <= restitution <= 1: 0, or from 1e-60 on"),
     (lambda: body(contacts=None), TypeError, "contacts = None cannot be used: a sequence with an entry for each contact is needed"),
     (lambda: body(contacts=[1]), TypeError, "contacts.1 = 1 cannot be used: a Contact is needed"),
     (lambda: body(terrain=[]), ValueError, "terrain = [] cannot be used: None, or a sequence of 2 to 1024 vertices (x, y)"),

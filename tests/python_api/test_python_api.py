@@ -231,7 +231,7 @@ def test_values_print_copy_and_compare(value):
 @pytest.mark.parametrize(
     ("make", "words"),
     [
-        (lambda: rod(restitution=1.0), ["restitution", "1"]),
+        (lambda: rod(restitution=1.5), ["restitution", "1.5"]),
         (lambda: rod(restitution=-0.1), ["restitution", "-0.1"]),
         (lambda: rod(restitution=math.nan), ["restitution"]),
         (lambda: rod(gyration_radius=0.0), ["gyration_radius", "0", "> 0"]),
@@ -249,7 +249,7 @@ def test_values_print_copy_and_compare(value):
         (lambda: body(contacts=[sf.Contact((0, 0), segment=(1.0, 2.0))]), ["segment"]),
         (lambda: local(psi=(2.0, 2.0)), ["psi"]),
         (lambda: local(gravity=(1.0, math.inf)), ["gravity", "inf"]),
-        (lambda: local(restitution=(0.1, 1.0)), ["restitution", "1"]),
+        (lambda: local(restitution=(0.1, 1.5)), ["restitution", "1.5"]),
         (lambda: sf.simulate(rod(), (0, -0.1, 0), (0, 0, 0)), ["contact 1", "gap"]),
         (lambda: sf.simulate(rod(), (0, math.nan, 0), (0, 0, 0)), ["q"]),
         (

@@ -16,8 +16,8 @@ use serde::{Serialize, Serializer};
 /// ```
 /// use standfast::{Error, Lamina, Posture};
 ///
-/// let error = Posture::rod(0.5, &Lamina { restitution: 1.0, ..Lamina::default() }).unwrap_err();
-/// assert!(error.to_string().starts_with("restitution = 1.0"));
+/// let error = Posture::rod(0.5, &Lamina { restitution: 1.5, ..Lamina::default() }).unwrap_err();
+/// assert!(error.to_string().starts_with("restitution = 1.5"));
 /// assert!(matches!(error, Error::OutOfRange { field, .. } if field == "restitution"));
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -283,13 +283,19 @@ pub(crate) fn friction(field: impl Display, value: f64) -> Result<f64, Error> {
 const DEADEST: f64 = 1e-60;
 
 pub(crate) fn restitution(field: impl Display, value: f64) -> Result<f64, Error> {
-    let holds = value == 0.0 || (DEADEST..1.0).contains(&value);
-    let allowed = if value == 1.0 {
-        "0 <= restitution < 1: 0, or from 1e-60 on; with 1 a body would bounce for ever"
-    } else {
-        "0 <= restitution < 1: 0, or from 1e-60 on"
-    };
-    in_range(field, value, holds, allowed)
+    let holds = value == 0.0 || (DEADEST..=1.0).contains(&value);
+    in_range(field, value, holds, "0 <= restitution <= 1: 0, or from 1e-60 on")
+}
+
+/// Refuses contacts that return all of their speed. `values`: the restitution of each contact.
+pub(crate) fn dissipative(
+    values: impl IntoIterator<Item = f64>,
+    allowed: &'static str,
+) -> Result<(), Error> {
+    for (i, value) in values.into_iter().enumerate() {
+        in_range(format_args!("restitution of contact {}", i + 1), value, value < 1.0, allowed)?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

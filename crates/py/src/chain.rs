@@ -162,7 +162,7 @@ impl PyJoint {
 /// A point of a link on its ground, a straight line of `slope` through the point. `Chain` checks the values.
 ///
 /// link : number of the link, from 1. at : m, along the link from its near end; None: its far end. slope : rad in (−π, π], as of Contact.
-/// friction : μ, from 0 to 1e6. restitution : in [0, 1), or None for that of the chain. tangential_restitution : in [0, 1).
+/// friction : μ, from 0 to 1e6. restitution : in [0, 1], or None for that of the chain. tangential_restitution : in [0, 1).
 ///
 /// >>> import standfast as sf
 /// >>> sf.Foot(2, friction=0.5)
@@ -253,7 +253,7 @@ type LinksAndFeet<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64
 /// base : "floating", q = (x, y, θ, joint coordinates) with the near end (x, y) of link 1 and the angle θ of its axis from +x; or "pinned", q =
 /// joint coordinates, and the first joint hinges link 1 at the origin. links : Link objects, numbered from 1, each after its parent.
 /// joints : Joint objects: joint k connects link k + 1 of a floating chain, link k of a pinned one. feet : Foot objects, which all touch the
-/// ground. gravity : m/s², ≥ 0, downwards. restitution : in [0, 1).
+/// ground. gravity : m/s², ≥ 0, downwards. restitution : in [0, 1].
 ///
 /// The angle of a link is that of its parent plus the angle of its joint plus the joint coordinate. Raises ValueError naming the field, its
 /// value and the allowed range.

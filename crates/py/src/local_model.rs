@@ -28,7 +28,7 @@ const STATES: usize = 256;
 /// The motion of two gaps with a constant Jacobian and without friction (Or & Rimon 2008), given by its parameters.
 ///
 /// gravity : (g_1, g_2) m/s²; negative where gravity points away from the ground. psi : (ψ_1, ψ_2), coupling of the gap rates in an
-/// impact: both zero, or of one sign, with ψ_1ψ_2 ≤ 1. phi : (φ_1, φ_2) 1/m, coupling of an impact to the rotation. restitution : e, or (e_1, e_2), in [0, 1).
+/// impact: both zero, or of one sign, with ψ_1ψ_2 ≤ 1. phi : (φ_1, φ_2) 1/m, coupling of an impact to the rotation. restitution : e, or (e_1, e_2), in [0, 1].
 ///
 /// >>> import standfast as sf
 /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)

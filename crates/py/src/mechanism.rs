@@ -15,7 +15,7 @@ use crate::posture::{PyPosture, posture};
 ///
 /// normal, tangential : (dof,), N and T: rate of the gap and sliding velocity per unit velocity of each coordinate. With the tangent
 /// t = (cos, sin) of the ground and its normal n = (−sin, cos), N = nᵀJ and T = tᵀJ, J the Jacobian of the contact point.
-/// friction : μ, from 0 to 1e6. restitution : in [0, 1), or None for that of the mechanism. tangential_restitution : in [0, 1).
+/// friction : μ, from 0 to 1e6. restitution : in [0, 1], or None for that of the mechanism. tangential_restitution : in [0, 1).
 /// `Mechanism` checks the values.
 ///
 /// >>> import standfast as sf
@@ -99,7 +99,7 @@ impl PyContactRows {
 ///
 /// mass_matrix : (dof, dof), M, symmetric and positive definite in the coordinates that are not locked. load : (dof,), Bτ − h: generalised
 /// forces of the joint torques less the bias; gravity acts downwards. contacts : ContactRows objects, numbered from 1. restitution : in
-/// [0, 1). locked : coordinates that do not move, from 0. armature : (dof,), ≥ 0, added to the diagonal of M, or None.
+/// [0, 1]. locked : coordinates that do not move, from 0. armature : (dof,), ≥ 0, added to the diagonal of M, or None.
 /// Units: kg, m, s, rad.
 ///
 /// Raises ValueError naming the field, its value and the allowed range.

@@ -18,7 +18,7 @@ use crate::input;
 /// point : (2,) m, position in the nominal posture; there it touches its line (or is above its terrain of several pieces).
 /// slope : rad, −π < slope ≤ π: 0 level ground, π/2 a wall on the right of the body, −π/2 on its left,
 /// π a ceiling. The terrain has tangent t = (cos, sin) and normal n = (−sin, cos). friction : μ, from 0 to 1e12.
-/// restitution : in [0, 1), or None for that of the posture. tangential_restitution : in [0, 1). segment : ends of the terrain
+/// restitution : in [0, 1], or None for that of the posture. tangential_restitution : in [0, 1). segment : ends of the terrain
 /// along t, m. radius : m, ≥ 0, of the disc that touches at `point` in the nominal posture: its centre is at point + radius · n; the disc
 /// turns with the body and rolls. 0: a point of the body. center : (2,) m, of a disc, instead of `point`: the disc then need not touch its ground in
 /// the nominal posture, and `point` is its point nearest to the ground.
@@ -162,7 +162,7 @@ impl PyContact {
 /// contact, needs a terrain (or segments); a run warns where the grounds of its contacts contradict each other.
 ///
 /// mass : kg, > 0. gyration_radius : m, > 0. center_of_mass : (2,) m, in the nominal posture q = 0.
-/// contacts : Contact objects, numbered from 1. restitution : in [0, 1). gravity : m/s², ≥ 0, downwards.
+/// contacts : Contact objects, numbered from 1. restitution : in [0, 1]. gravity : m/s², ≥ 0, downwards.
 /// terrain : vertices (x, y), m, of a polyline with the ground on its right: x increases where there are no walls. Each contact meets the
 /// straight piece under it (with walls: the nearest one), and no ground beyond the ends; its
 /// slope and segment are computed. None: each contact has the line of its own slope and segment. ground : "own", or "shared" for one

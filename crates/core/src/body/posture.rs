@@ -679,7 +679,7 @@ mod tests {
             .unwrap_err()
             .to_string()
         };
-        assert!(rod(1.0, 0.2).starts_with("restitution = 1.0"), "{}", rod(1.0, 0.2));
+        assert!(rod(1.5, 0.2).starts_with("restitution = 1.5"), "{}", rod(1.5, 0.2));
         assert!(rod(0.1, 0.0).starts_with("gyration_radius = 0.0"));
         assert!(rod(f64::NAN, 0.2).starts_with("restitution = NaN"));
         assert!(rod(0.1, f64::INFINITY).starts_with("gyration_radius = inf"));

@@ -289,7 +289,10 @@ impl<'a> Driver<'a> {
         if matches!(outcome, Outcome::Escape | Outcome::TimeLimit)
             && let Some(posture) = self.record.subject.posture()
             && posture.fields().gravity > 0.0
-            && let [[left, _], .., [right, _]] = posture.fields().terrain[..]
+            && let [[first, _], others @ ..] = &posture.fields().terrain[..]
+            && let (left, right) = others
+                .iter()
+                .fold((*first, *first), |(left, right), [x, _]| (left.min(*x), right.max(*x)))
             && let x = posture.fields().center_of_mass[0] + end.state.q[0]
             && !(left..right).contains(&x)
             && (outcome == Outcome::Escape || gone(posture, left, right))

@@ -116,7 +116,9 @@ impl Driver<'_> {
             // A contact with upward effective gravity does not come to rest by itself. Contacts that are hit in turn stop each other.
             if in_turn && is_hit_in_turn(i) || !self.resting[i] && pulls[i] >= 0.0 {
                 if pulls[i] > 0.0 {
-                    error = error.max(2.0 * speed / (pulls[i] * loss));
+                    // With restitution 1 the contact would bounce until the end of the run.
+                    let bounces = 2.0 * speed / (pulls[i] * loss);
+                    error = error.max(bounces.min(self.log.left()));
                 }
                 stopped.push(i);
             }

@@ -2,7 +2,7 @@
 
 use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
-use crate::error::{Error, LARGEST, in_range};
+use crate::error::{Error, LARGEST, dissipative, in_range};
 use crate::modes::LONGEST_ARM;
 use crate::options::{Impact, Options, Stop};
 
@@ -50,6 +50,15 @@ pub(super) fn reachable(gravity: f64, options: &Options) -> Result<(), Error> {
     Ok(())
 }
 
+/// What a certificate needs.
+pub(super) const LOSES: &str = "below 1 in a certified run: with 1 no sequence of impacts ends";
+
+/// Refuses runs without an end: with restitution 1 at a contact a time limit is needed. `values`: of each contact.
+pub(super) fn ends(values: impl IntoIterator<Item = f64>, options: &Options) -> Result<(), Error> {
+    let allowed = "below 1, or with a time_limit: with 1 a body bounces for ever";
+    if options.end() < f64::INFINITY { Ok(()) } else { dissipative(values, allowed) }
+}
+
 /// Largest speed of a first landing, in m/s; its inverse is the smallest. Products of three stay in the range of doubles.
 const FASTEST_LANDING: f64 = 1e80;
 
@@ -75,6 +84,11 @@ const ROUGHEST: f64 = 1e6;
 /// Refuses motions that are not supported; the error names the field.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     reachable(posture.fields().gravity, options)?;
+    let restitution = || posture.geometry().iter().map(|k| k.restitution);
+    ends(restitution(), options)?;
+    if options.certify {
+        dissipative(restitution(), LOSES)?;
+    }
     if options.certify && !options.is_plain(posture) {
         return Err(Error::Unusable {
             field: "certify".into(),

@@ -10,7 +10,7 @@ use crate::motion::Driver;
 use crate::motion::subject::{MechanismStart, Subject};
 use crate::options::{Model, Options};
 use crate::outcome::ModelReason;
-use crate::simulate::limits::{clatters, touch};
+use crate::simulate::limits::{clatters, ends, touch};
 use crate::simulate::trajectory::Trajectory;
 use crate::sustained::Rounding;
 use crate::sustained::frozen::{Frozen, GapState, Rows};
@@ -71,6 +71,7 @@ pub fn simulate_mechanism_until(
     }
     let friction = mechanism.contacts().iter().map(|contact| contact.friction);
     let options = &options.acting(friction)?;
+    ends((0..mechanism.contacts().len()).map(|i| mechanism.restitution(i)), options)?;
     let dof = mechanism.dof();
     for (name, values) in [("q", q), ("qdot", qdot)] {
         if values.len() != dof {

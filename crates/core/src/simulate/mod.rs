@@ -22,14 +22,14 @@ use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::log::Spin;
 use crate::enclosure;
-use crate::error::{Error, finite};
+use crate::error::{Error, dissipative, finite};
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::Driver;
 use crate::motion::subject::Subject;
 use crate::options::{Impact, Model, Options};
 use crate::outcome::ModelReason;
 pub(crate) use crate::simulate::limits::solvable;
-use crate::simulate::limits::{clatters, reachable, returns, touch};
+use crate::simulate::limits::{LOSES, clatters, ends, reachable, returns, touch};
 pub(crate) use crate::simulate::start::Start;
 use crate::sustained::frozen::{Frozen, Rows};
 
@@ -132,6 +132,10 @@ pub(crate) fn checked(
     }
     let most = |values: [f64; 2]| values.iter().fold(0.0_f64, |most, v| v.abs().max(most));
     reachable(gain * most(model.gravity()), options)?;
+    ends(model.restitution(), options)?;
+    if options.certify {
+        dissipative(model.restitution(), LOSES)?;
+    }
     let least = model.gravity().into_iter().filter(|g| *g > 0.0).fold(f64::INFINITY, f64::min);
     returns("largest of rates times the larger psi", gain * most(rates), least)?;
     let warnings = touch(&mut gaps, 0.0)?;

@@ -12,7 +12,7 @@
 use crate::body::contact::Contact;
 use crate::body::fields::ContactRows;
 use crate::body::{Mechanism, Posture, PostureFields};
-use crate::error::Error;
+use crate::error::{Error, dissipative};
 use crate::math::interval::Interval;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::math::real::Enclosed;
@@ -26,7 +26,7 @@ use crate::stability::corner::CornerMap;
 use crate::stability::existence::{NoMotion, Standing};
 use crate::stability::static_forces::{StaticForces, extremes};
 use crate::stability::{
-    Argument, Evidence, Finding, Stability, Verdict, WhyUndecided, holding_pairs, judge,
+    Argument, Evidence, Finding, LOSES, Stability, Verdict, WhyUndecided, holding_pairs, judge,
 };
 use crate::tolerance::{DELICATE_MARGIN, RIGID_ROWS};
 use crate::verified::rows::{EnclosedRows, dot};
@@ -60,6 +60,7 @@ pub fn mechanism_stability(mechanism: &Mechanism, jams: Jams) -> Result<Verdict,
         return Ok(verdict);
     }
     let count = mechanism.contacts().len();
+    dissipative((0..count).map(|i| mechanism.restitution(i)), LOSES)?;
     let mut verdict = Verdict::open(count, equilibrium(mechanism), jams);
     let problem = MechanismProblem::at_rest(mechanism);
     let modes = contact_modes(&problem, Method::Auto)?;

@@ -49,7 +49,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::error::Error;
+use crate::error::{Error, dissipative};
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Method, Mode, ModeAnswer, Word, contact_modes};
 use crate::options::{Impact, Jams};
@@ -337,7 +337,8 @@ pub struct Verdict {
 ///
 /// # Errors
 ///
-/// [`Error::Unusable`] naming `contacts` if none touches, or if one that touches is at an end of its piece of terrain.
+/// [`Error::Unusable`] naming `contacts` if none touches, or if one that touches is at an end of its piece of terrain; [`Error::OutOfRange`] if
+/// one that touches has restitution 1.
 pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
     stability_with(posture, Jams::None)
 }
@@ -382,12 +383,16 @@ pub fn stability_with(posture: &Posture, jams: Jams) -> Result<Verdict, Error> {
 /// As [`stability()`].
 pub fn holding_pairs(posture: &Posture, jams: Jams) -> Result<Vec<Verdict>, Error> {
     let Some((standing, places)) = conditions::of_those_that_touch(posture)? else {
+        dissipative(posture.geometry().iter().map(|k| k.restitution), LOSES)?;
         return feet::holding_pairs(posture, jams);
     };
     let mut pairs = feet::holding_pairs(&standing, jams)?;
     pairs.iter_mut().for_each(|pair| pair.renumber(&places));
     Ok(pairs)
 }
+
+/// What a verdict needs.
+const LOSES: &str = "below 1 for a verdict: with 1 a body bounces for ever";
 
 /// As [`stability`]. `amplification`: whether to compute the field of this name, which may take most of the time.
 pub(crate) fn judge(posture: &Posture, jams: Jams, amplification: bool) -> Result<Verdict, Error> {
@@ -396,6 +401,7 @@ pub(crate) fn judge(posture: &Posture, jams: Jams, amplification: bool) -> Resul
         verdict.renumber(&places);
         return Ok(verdict);
     }
+    dissipative(posture.geometry().iter().map(|k| k.restitution), LOSES)?;
     let count = posture.contacts().len();
     let mut verdict = Verdict::open(count, Equilibrium::of(posture), jams);
     if count == 2 {

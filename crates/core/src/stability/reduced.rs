@@ -128,7 +128,7 @@ impl ReducedMap {
             let allowed = "> 0 in the reduced map";
             in_range(format!("gravity.{number}"), g[i], g[i] > 0.0, allowed)?;
             let allowed = "1e-12 <= restitution < 1 in the reduced map";
-            let holds = e[i] >= LEAST_RESTITUTION;
+            let holds = (LEAST_RESTITUTION..1.0).contains(&e[i]);
             in_range(format!("restitution.{number}"), e[i], holds, allowed)?;
         }
         let coupled = psi[0] != 0.0 && psi[1] != 0.0;
