@@ -120,10 +120,7 @@ def test_a_contact_that_rests_is_not_hit():
 
 
 def test_one_contact_with_losses_brings_the_other_to_rest():
-    """Foot 1 keeps nothing and foot 2 everything: they are hit in turn, and each turn keeps one fraction of the speed.
-
-    The full model follows most of them one by one, the local model sums them.
-    """
+    """Foot 1 keeps nothing and foot 2 everything: they are hit in turn, and each turn keeps one fraction of the speed."""
     feet = [sf.Contact((-0.5, 0), restitution=0), sf.Contact((0.5, 0))]
     body = sf.Posture(1.0, 0.4, (0, 0.2), feet, 1.0, gravity=G)
     start = {"q": (0, 0, 0), "qdot": (0, 0, 0.05), "time_limit": 50.0}
@@ -133,7 +130,6 @@ def test_one_contact_with_losses_brings_the_other_to_rest():
     for run in (full, local):
         assert run.outcome == "rest"
         assert {1, 2} == set(run.impacts["contact"])
-    assert full.collisions > 100 > local.collisions
     assert abs(full.time / local.time - 1) < 0.01
 
 
