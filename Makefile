@@ -96,8 +96,8 @@ long-vertices:
 	STANDFAST_CONVEX_BODIES=2000 STANDFAST_VERTICES=1000 STANDFAST_VERTICES_STEPPED=50 $(LONG) \
 		tests/terrain/test_convex_vertices.py tests/terrain/test_vertices.py
 long-friction:
-	STANDFAST_FRICTION_SCENES=500 STANDFAST_JAM_BOXES=5000 $(LONG) \
-		tests/motion/test_friction.py tests/motion/test_jam.py
+	STANDFAST_FRICTION_SCENES=500 STANDFAST_JAM_BOXES=5000 STANDFAST_BELTS=5000 $(LONG) \
+		tests/motion/test_friction.py tests/motion/test_jam.py tests/motion/test_surfaces.py
 long-modes:
 	STANDFAST_MODES_CASES=2000 STANDFAST_OWN_GROUND=3400 $(LONG) tests/modes/test_modes_brute.py tests/terrain/test_own_ground.py
 long-walls:

@@ -156,7 +156,10 @@ class Contact:
         segment: _Pair = ...,
         radius: float = 0.0,
         center: _Pair | None = None,
+        surface_speed: float = 0.0,
     ) -> Self: ...
+    @property
+    def surface_speed(self) -> float: ...
     @property
     def point(self) -> tuple[float, float]: ...
     @property
@@ -189,6 +192,9 @@ class Posture:
         terrain: _Pairs | None = None,
         ground: Literal["own", "shared"] = "own",
         outline: _Pairs | None = None,
+        terrain_friction: Sequence[float | None] | None = None,
+        terrain_restitution: Sequence[float | None] | None = None,
+        terrain_speed: Sequence[float | None] | None = None,
     ) -> Self: ...
     @staticmethod
     def rod(
@@ -208,6 +214,9 @@ class Posture:
         gravity: float = 9.81,
         tangential_restitution: float = 0.0,
         terrain: _Pairs | None = None,
+        terrain_friction: Sequence[float | None] | None = None,
+        terrain_restitution: Sequence[float | None] | None = None,
+        terrain_speed: Sequence[float | None] | None = None,
     ) -> Posture: ...
     @staticmethod
     def disc(
@@ -220,6 +229,9 @@ class Posture:
         tangential_restitution: float = 0.0,
         slope: float = 0.0,
         terrain: _Pairs | None = None,
+        terrain_friction: Sequence[float | None] | None = None,
+        terrain_restitution: Sequence[float | None] | None = None,
+        terrain_speed: Sequence[float | None] | None = None,
     ) -> Posture: ...
     @staticmethod
     def polygon(
@@ -230,6 +242,9 @@ class Posture:
         gravity: float = 9.81,
         tangential_restitution: float = 0.0,
         terrain: _Pairs | None = None,
+        terrain_friction: Sequence[float | None] | None = None,
+        terrain_restitution: Sequence[float | None] | None = None,
+        terrain_speed: Sequence[float | None] | None = None,
     ) -> Posture: ...
     @property
     def ground(self) -> Literal["own", "shared"]: ...
@@ -257,6 +272,12 @@ class Posture:
     def gravity(self) -> float: ...
     @property
     def terrain(self) -> list[tuple[float, float]] | None: ...
+    @property
+    def terrain_friction(self) -> list[float | None] | None: ...
+    @property
+    def terrain_restitution(self) -> list[float | None] | None: ...
+    @property
+    def terrain_speed(self) -> list[float | None] | None: ...
     @property
     def outline(self) -> list[tuple[float, float]] | None: ...
     @property

@@ -287,6 +287,13 @@ pub(crate) fn restitution(field: impl Display, value: f64) -> Result<f64, Error>
     in_range(field, value, holds, "0 <= restitution <= 1: 0, or from 1e-60 on")
 }
 
+/// Largest speed of a surface, in m/s: as of the points of a body.
+const FASTEST_SURFACE: f64 = 1e70;
+
+pub(crate) fn surface_speed(field: impl Display, value: f64) -> Result<f64, Error> {
+    in_range(field, value, value.abs() <= FASTEST_SURFACE, "from -1e70 to 1e70, in m/s")
+}
+
 /// Refuses contacts that return all of their speed. `values`: the restitution of each contact.
 pub(crate) fn dissipative(
     values: impl IntoIterator<Item = f64>,

@@ -254,7 +254,7 @@ impl Options {
     /// ```
     #[must_use]
     pub fn law(&self, posture: &Posture) -> Impact {
-        self.law_with(posture.contacts().iter().map(|contact| contact.friction))
+        self.law_with(posture.frictions())
     }
 
     fn law_with(&self, mut friction: impl Iterator<Item = f64>) -> Impact {
@@ -270,7 +270,7 @@ impl Options {
         self.impact == Impact::Moreau && self.policy() == Simultaneous::Together
     }
 
-    /// Returns true if a motion has at most two contacts, which are points, impacts without friction and terrain without ends. Two contacts at
+    /// Returns true if a motion has at most two contacts, which are points, impacts without friction and terrain at rest without ends. Two contacts at
     /// one point (ψ = 1) are excluded: no impact separates them.
     pub(crate) fn is_plain(&self, posture: &Posture) -> bool {
         let apart = match posture.geometry() {
@@ -278,9 +278,10 @@ impl Options {
             few => few.len() <= 1,
         };
         apart
-            && self.is_frictionless(posture.contacts().iter().map(|contact| contact.friction))
+            && self.is_frictionless(posture.frictions())
             && posture.ground(0).is_none()
             && !posture.has_rounds()
+            && !posture.has_belts()
     }
 
     /// Returns true if impacts act along the normal of one contact that approaches, or of two, so that two contacts need no more than their

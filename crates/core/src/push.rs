@@ -192,7 +192,7 @@ pub fn smallest_push_until(
         let rest = "rest, because a body that comes back is at rest";
         return Err(unusable("stop", run.stop.to_string(), rest.into()));
     }
-    let run = run.acting(posture.contacts().iter().map(|contact| contact.friction))?;
+    let run = run.acting(posture.frictions())?;
     let stance = Stance::new(posture, &run)?;
     let came_back = |sizes: &[f64]| -> Result<Vec<bool>, Error> {
         let states = vec![State::at_rest([0.0; 3]); sizes.len()];

@@ -156,7 +156,7 @@ pub fn robustness_until(
 ) -> Result<Robustness, Error> {
     let RobustnessOptions { trials, seed, run } = *options;
     let count = checked(sizes, trials, &run)?;
-    let run = run.acting(posture.contacts().iter().map(|contact| contact.friction))?;
+    let run = run.acting(posture.frictions())?;
     let stance = Stance::new(posture, &run)?;
     let kicks = directions(seed, trials);
     let rho = posture.fields().gyration_radius;
@@ -311,6 +311,7 @@ impl<'a> Stance<'a> {
     /// Errors: a posture in which no contact touches; what cannot be simulated with these options.
     pub(crate) fn new(posture: &'a Posture, run: &Options) -> Result<Self, Error> {
         solvable(posture, run)?;
+        posture.at_its_place()?;
         let stance = Start::new(posture, &State::at_rest([0.0; 3]), run.model)?.touching();
         if stance.is_empty() && posture.side_contacts().is_empty() {
             return Err(unusable(

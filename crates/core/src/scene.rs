@@ -7,7 +7,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::body::contact::Contact;
-use crate::body::fields::{GroundKind, PostureFields};
+use crate::body::fields::{GroundKind, PostureFields, Surface};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::{Error, quoted};
@@ -72,6 +72,9 @@ struct File {
         deserialize_with = "crate::serial::values::vertices"
     )]
     terrain: Vec<Vertex>,
+    /// What each piece of the terrain is made of, from vertex k to vertex k + 1; none: as the contacts say.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    surfaces: Vec<Surface>,
     /// Without a terrain: "own", each contact has its own line, or "shared", all contacts meet one line without ends, of their slope, through
     /// the lowest of them.
     #[serde(
@@ -250,6 +253,7 @@ impl Scene {
             restitution: file.restitution,
             gravity: file.gravity,
             terrain: file.terrain.into_iter().map(|vertex| vertex.0).collect(),
+            surfaces: file.surfaces,
             ground: file.ground,
             outline: outline.into_iter().map(|vertex| vertex.0).collect(),
         })
@@ -279,6 +283,7 @@ impl Scene {
             },
             contact: f.contacts.clone(),
             terrain: f.terrain.iter().copied().map(Vertex).collect(),
+            surfaces: f.surfaces.clone(),
             ground: f.ground,
             start: StartTable { q: self.start.q.into(), qdot: self.start.qdot.into() },
             run: self.options,

@@ -7,7 +7,7 @@ use pyo3::exceptions::{PyIndexError, PyOverflowError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyBytes, PyDict, PyFloat, PyInt, PyList, PySequence, PyString, PyTuple};
 use standfast::Error;
-use standfast::body::{MAX_CONTACTS, MAX_VERTICES};
+use standfast::body::{MAX_CONTACTS, MAX_VERTICES, Surface};
 
 use crate::convert::array;
 use crate::error::to_py;
@@ -124,6 +124,51 @@ pub(crate) fn per_contact<T>(
     items.map(|(i, item)| read(&format!("{field}.{}", i + 1), &item?)).collect()
 }
 
+/// What each piece of a terrain has, None where the contacts' own holds; empty for None.
+fn per_piece(field: &str, value: &Bound<'_, PyAny>) -> PyResult<Vec<Option<f64>>> {
+    if value.is_none() {
+        return Ok(Vec::new());
+    }
+    sequence(field, value, optional)
+}
+
+/// The materials of the pieces of a terrain.
+pub(crate) fn surfaces(
+    terrain: &[[f64; 2]],
+    friction: Vec<Option<f64>>,
+    restitution: Vec<Option<f64>>,
+    speed: Vec<Option<f64>>,
+) -> PyResult<Vec<Surface>> {
+    let pieces = terrain.len().saturating_sub(1);
+    let given = [
+        ("terrain_friction", friction.len()),
+        ("terrain_restitution", restitution.len()),
+        ("terrain_speed", speed.len()),
+    ];
+    for (field, count) in given.into_iter().filter(|(_, count)| *count > 0) {
+        if count != pieces {
+            return Err(to_py(&Error::Unusable {
+                field: field.into(),
+                value: format!("[{count} entries]"),
+                allowed: match pieces {
+                    0 => "None without a terrain".into(),
+                    _ => format!("one for each of the {pieces} pieces of the terrain"),
+                },
+            }));
+        }
+    }
+    if given.iter().all(|(_, count)| *count == 0) {
+        return Ok(Vec::new());
+    }
+    let at = |values: &[Option<f64>], k: usize| values.get(k).copied().flatten();
+    let surface = |k: usize| Surface {
+        friction: at(&friction, k),
+        restitution: at(&restitution, k),
+        speed: at(&speed, k).unwrap_or(0.0),
+    };
+    Ok((0..pieces).map(surface).collect())
+}
+
 /// The vertices of a terrain; empty for None.
 pub(crate) fn terrain(value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
     polyline("terrain", 2, value)
@@ -216,7 +261,8 @@ macro_rules! arguments {
 arguments! {
     real -> f64: width, height, radius, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
     real -> f64: tangential_restitution, theta, omega, time, neighbourhood, energy, fps, speed, start, end, rtol;
-    real -> f64: inertia, torque, angle;
+    real -> f64: inertia, torque, angle, surface_speed;
+    per_piece -> Vec<Option<f64>>: terrain_friction, terrain_restitution, terrain_speed;
     optional -> Option<f64>: time_limit, center, at, duration, at_most;
     series -> Vec<f64>: normal, tangential, load;
     reals -> [f64; 2]: impulse, force, direction, point, segment, center_of_mass, psi, phi, gaps, rates;

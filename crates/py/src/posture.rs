@@ -4,7 +4,7 @@ use numpy::{PyArrayDyn, PyReadonlyArrayDyn};
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use standfast::body::Lamina;
+use standfast::body::{Lamina, Surface};
 use standfast::{Contact, Error, Posture, PostureFields, State};
 
 use crate::convert::{array, call, float, local_model, pair_text, vector, word};
@@ -21,7 +21,8 @@ use crate::input;
 /// restitution : in [0, 1], or None for that of the posture. tangential_restitution : in [0, 1). segment : ends of the terrain
 /// along t, m. radius : m, ≥ 0, of the disc that touches at `point` in the nominal posture: its centre is at point + radius · n; the disc
 /// turns with the body and rolls. 0: a point of the body. center : (2,) m, of a disc, instead of `point`: the disc then need not touch its ground in
-/// the nominal posture, and `point` is its point nearest to the ground.
+/// the nominal posture, and `point` is its point nearest to the ground. surface_speed : m/s, of the surface of its ground along t, as of a belt;
+/// the ground stays in its place.
 ///
 /// Raises ValueError naming the field, its value and the allowed range.
 ///
@@ -35,7 +36,7 @@ pub(crate) struct PyContact(pub(crate) Contact);
 #[pymethods]
 impl PyContact {
     #[new]
-    #[pyo3(signature = (point=None, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=[f64::NEG_INFINITY, f64::INFINITY], radius=0.0, center=None, **unknown), text_signature = "(point=None, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=(-1e999, 1e999), radius=0.0, center=None)")]
+    #[pyo3(signature = (point=None, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=[f64::NEG_INFINITY, f64::INFINITY], radius=0.0, center=None, surface_speed=0.0, **unknown), text_signature = "(point=None, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, segment=(-1e999, 1e999), radius=0.0, center=None, surface_speed=0.0)")]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
     fn new(
         #[pyo3(from_py_with = input::some_point)] point: Option<[f64; 2]>,
@@ -46,6 +47,7 @@ impl PyContact {
         #[pyo3(from_py_with = input::segment)] segment: [f64; 2],
         #[pyo3(from_py_with = input::radius)] radius: f64,
         #[pyo3(from_py_with = input::disc_center)] center: Option<[f64; 2]>,
+        #[pyo3(from_py_with = input::surface_speed)] surface_speed: f64,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         input::no_keywords("Contact", unknown)?;
@@ -60,6 +62,7 @@ impl PyContact {
             tangential_restitution,
             radius,
             center,
+            surface_speed,
             segment,
         };
         if !is_given {
@@ -104,6 +107,12 @@ impl PyContact {
         self.0.radius
     }
 
+    /// Of its ground along the tangent, m/s.
+    #[getter]
+    fn surface_speed(&self) -> f64 {
+        self.0.surface_speed
+    }
+
     /// (2,) m, if it was given.
     #[getter]
     fn center(&self) -> Option<(f64, f64)> {
@@ -133,6 +142,9 @@ impl PyContact {
         if let Some(center) = c.center {
             text += &format!(", center={}", pair_text(center));
         }
+        if c.surface_speed != 0.0 {
+            text += &format!(", surface_speed={}", float(c.surface_speed));
+        }
         text + ")"
     }
 
@@ -140,7 +152,7 @@ impl PyContact {
     fn __reduce__(
         &self,
         py: Python<'_>,
-    ) -> (Py<PyAny>, ([f64; 2], f64, f64, Option<f64>, f64, (f64, f64), f64, Option<[f64; 2]>))
+    ) -> (Py<PyAny>, ([f64; 2], f64, f64, Option<f64>, f64, (f64, f64), f64, Option<[f64; 2]>, f64))
     {
         let c = &self.0;
         let arguments = (
@@ -152,6 +164,7 @@ impl PyContact {
             c.segment.into(),
             c.radius,
             c.center,
+            c.surface_speed,
         );
         (py.get_type::<Self>().into_any().unbind(), arguments)
     }
@@ -168,7 +181,9 @@ impl PyContact {
 /// slope and segment are computed. None: each contact has the line of its own slope and segment. ground : "own", or "shared" for one
 /// line without ends for all contacts, of their slope, through the lowest of them. outline : corners (x, y) of the polygon of the body in
 /// its nominal posture, in order, m. Its sides meet the corners of the terrain; with edges="ignore" these pass through, with a
-/// warning.
+/// warning. terrain_friction, terrain_restitution, terrain_speed : of each piece of the terrain, from vertex k to vertex k + 1: its μ, its e, and the
+/// speed of its surface along it, m/s, as of a belt; None for a piece: μ and e of the contact, at rest. A corner of the terrain under a
+/// side of the body has the μ and e of the side, but no friction at the end of a moving piece: there it stands for a pulley.
 ///
 /// A configuration q = (r_x, r_y, θ) is the displacement of the centre of mass (m) and the rotation (rad,
 /// counterclockwise). Raises ValueError naming the field, its value and the allowed range.
@@ -189,7 +204,7 @@ type DrawnPiece = ((f64, f64), (f64, f64), f64, f64);
 impl PyPosture {
     #[new]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
-    #[pyo3(signature = (mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=Vec::new(), ground="own", outline=Vec::new(), **unknown), text_signature = "(mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=None, ground=\"own\", outline=None)")]
+    #[pyo3(signature = (mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=Vec::new(), ground="own", outline=Vec::new(), terrain_friction=Vec::new(), terrain_restitution=Vec::new(), terrain_speed=Vec::new(), **unknown), text_signature = "(mass, gyration_radius, center_of_mass, contacts, restitution, gravity=9.81, terrain=None, ground=\"own\", outline=None, terrain_friction=None, terrain_restitution=None, terrain_speed=None)")]
     fn new(
         #[pyo3(from_py_with = input::mass)] mass: f64,
         #[pyo3(from_py_with = input::gyration_radius)] gyration_radius: f64,
@@ -200,9 +215,14 @@ impl PyPosture {
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
         #[pyo3(from_py_with = input::ground)] ground: &str,
         #[pyo3(from_py_with = input::outline)] outline: Vec<[f64; 2]>,
+        #[pyo3(from_py_with = input::terrain_friction)] terrain_friction: Vec<Option<f64>>,
+        #[pyo3(from_py_with = input::terrain_restitution)] terrain_restitution: Vec<Option<f64>>,
+        #[pyo3(from_py_with = input::terrain_speed)] terrain_speed: Vec<Option<f64>>,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         input::no_keywords("Posture", unknown)?;
+        let surfaces =
+            input::surfaces(&terrain, terrain_friction, terrain_restitution, terrain_speed)?;
         Posture::new(PostureFields {
             mass,
             gyration_radius,
@@ -211,6 +231,7 @@ impl PyPosture {
             restitution,
             gravity,
             terrain,
+            surfaces,
             ground: call("ground", ground)?,
             outline,
         })
@@ -259,7 +280,7 @@ impl PyPosture {
     /// [(-0.5, 0.0), (0.5, 0.0), (0.5, 3.0), (-0.5, 3.0)]
     #[staticmethod]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
-    #[pyo3(name = "box", signature = (width, height, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=Vec::new(), **unknown), text_signature = "(width, height, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=None)")]
+    #[pyo3(name = "box", signature = (width, height, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=Vec::new(), terrain_friction=Vec::new(), terrain_restitution=Vec::new(), terrain_speed=Vec::new(), **unknown), text_signature = "(width, height, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=None, terrain_friction=None, terrain_restitution=None, terrain_speed=None)")]
     fn block(
         #[pyo3(from_py_with = input::width)] width: f64,
         #[pyo3(from_py_with = input::height)] height: f64,
@@ -269,8 +290,13 @@ impl PyPosture {
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
         #[pyo3(from_py_with = input::tangential_restitution)] tangential_restitution: f64,
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
+        #[pyo3(from_py_with = input::terrain_friction)] terrain_friction: Vec<Option<f64>>,
+        #[pyo3(from_py_with = input::terrain_restitution)] terrain_restitution: Vec<Option<f64>>,
+        #[pyo3(from_py_with = input::terrain_speed)] terrain_speed: Vec<Option<f64>>,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        let surfaces =
+            input::surfaces(&terrain, terrain_friction, terrain_restitution, terrain_speed)?;
         let lamina = Lamina {
             mass,
             gyration_radius: None,
@@ -279,6 +305,7 @@ impl PyPosture {
             tangential_restitution,
             gravity,
             terrain,
+            surfaces,
         };
         input::no_keywords("Posture.box", unknown)?;
         Posture::block(width, height, &lamina).map(Self).map_err(|e| to_py(&e))
@@ -295,7 +322,7 @@ impl PyPosture {
     /// ((0.0, 0.1), 0.1)
     #[staticmethod]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
-    #[pyo3(signature = (radius, mass=1.0, gyration_radius=None, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, slope=0.0, terrain=Vec::new(), **unknown), text_signature = "(radius, mass=1.0, gyration_radius=None, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, slope=0.0, terrain=None)")]
+    #[pyo3(signature = (radius, mass=1.0, gyration_radius=None, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, slope=0.0, terrain=Vec::new(), terrain_friction=Vec::new(), terrain_restitution=Vec::new(), terrain_speed=Vec::new(), **unknown), text_signature = "(radius, mass=1.0, gyration_radius=None, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, slope=0.0, terrain=None, terrain_friction=None, terrain_restitution=None, terrain_speed=None)")]
     fn disc(
         #[pyo3(from_py_with = input::radius)] radius: f64,
         #[pyo3(from_py_with = input::mass)] mass: f64,
@@ -306,8 +333,13 @@ impl PyPosture {
         #[pyo3(from_py_with = input::tangential_restitution)] tangential_restitution: f64,
         #[pyo3(from_py_with = input::slope)] slope: f64,
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
+        #[pyo3(from_py_with = input::terrain_friction)] terrain_friction: Vec<Option<f64>>,
+        #[pyo3(from_py_with = input::terrain_restitution)] terrain_restitution: Vec<Option<f64>>,
+        #[pyo3(from_py_with = input::terrain_speed)] terrain_speed: Vec<Option<f64>>,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        let surfaces =
+            input::surfaces(&terrain, terrain_friction, terrain_restitution, terrain_speed)?;
         let lamina = Lamina {
             mass,
             gyration_radius,
@@ -316,6 +348,7 @@ impl PyPosture {
             tangential_restitution,
             gravity,
             terrain,
+            surfaces,
         };
         input::no_keywords("Posture.disc", unknown)?;
         Posture::disc(radius, slope, &lamina).map(Self).map_err(|e| to_py(&e))
@@ -333,7 +366,7 @@ impl PyPosture {
     /// ((1.0, 1.0), 3)
     #[staticmethod]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
-    #[pyo3(signature = (vertices, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=Vec::new(), **unknown), text_signature = "(vertices, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=None)")]
+    #[pyo3(signature = (vertices, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=Vec::new(), terrain_friction=Vec::new(), terrain_restitution=Vec::new(), terrain_speed=Vec::new(), **unknown), text_signature = "(vertices, mass=1.0, friction=0.0, restitution=0.0, gravity=9.81, tangential_restitution=0.0, terrain=None, terrain_friction=None, terrain_restitution=None, terrain_speed=None)")]
     fn polygon(
         #[pyo3(from_py_with = input::vertices)] vertices: Vec<[f64; 2]>,
         #[pyo3(from_py_with = input::mass)] mass: f64,
@@ -342,8 +375,13 @@ impl PyPosture {
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
         #[pyo3(from_py_with = input::tangential_restitution)] tangential_restitution: f64,
         #[pyo3(from_py_with = input::terrain)] terrain: Vec<[f64; 2]>,
+        #[pyo3(from_py_with = input::terrain_friction)] terrain_friction: Vec<Option<f64>>,
+        #[pyo3(from_py_with = input::terrain_restitution)] terrain_restitution: Vec<Option<f64>>,
+        #[pyo3(from_py_with = input::terrain_speed)] terrain_speed: Vec<Option<f64>>,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
+        let surfaces =
+            input::surfaces(&terrain, terrain_friction, terrain_restitution, terrain_speed)?;
         let lamina = Lamina {
             mass,
             gyration_radius: None,
@@ -352,6 +390,7 @@ impl PyPosture {
             tangential_restitution,
             gravity,
             terrain,
+            surfaces,
         };
         input::no_keywords("Posture.polygon", unknown)?;
         Posture::polygon(&vertices, &lamina).map(Self).map_err(|e| to_py(&e))
@@ -399,6 +438,24 @@ impl PyPosture {
     fn terrain(&self) -> Option<Vec<(f64, f64)>> {
         let vertices = &self.0.fields().terrain;
         (!vertices.is_empty()).then(|| vertices.iter().map(|&vertex| vertex.into()).collect())
+    }
+
+    /// Coefficient of friction of each piece of the terrain, None where that of the contact holds; None if no piece has one.
+    #[getter]
+    fn terrain_friction(&self) -> Option<Vec<Option<f64>>> {
+        self.of_pieces(|surface| surface.friction)
+    }
+
+    /// Coefficient of restitution of each piece of the terrain, likewise.
+    #[getter]
+    fn terrain_restitution(&self) -> Option<Vec<Option<f64>>> {
+        self.of_pieces(|surface| surface.restitution)
+    }
+
+    /// Speed of the surface of each piece of the terrain along its tangent, m/s; None if all are at rest.
+    #[getter]
+    fn terrain_speed(&self) -> Option<Vec<Option<f64>>> {
+        self.of_pieces(|surface| Some(surface.speed).filter(|speed| *speed != 0.0))
     }
 
     /// Corners (x, y) of the polygon of the body in its nominal posture, m; None if only its contacts are known.
@@ -546,12 +603,25 @@ impl PyPosture {
             }
         };
         let (terrain, outline) = (points("terrain", &f.terrain), points("outline", &f.outline));
+        let of_pieces = |(name, values): (&str, Option<Vec<Option<f64>>>)| {
+            let entry = |value: &Option<f64>| value.map_or_else(|| "None".into(), float);
+            let texts = values?.iter().map(entry).collect::<Vec<String>>();
+            Some(format!(", {name}=[{}]", texts.join(", ")))
+        };
+        let materials: String = [
+            ("terrain_friction", self.terrain_friction()),
+            ("terrain_restitution", self.terrain_restitution()),
+            ("terrain_speed", self.terrain_speed()),
+        ]
+        .into_iter()
+        .filter_map(of_pieces)
+        .collect();
         let ground = match self.ground().as_str() {
             "own" => String::new(),
             ground => format!(", ground='{ground}'"),
         };
         format!(
-            "Posture(mass={}, gyration_radius={}, center_of_mass={}, contacts=[{}], restitution={}, gravity={}{terrain}{ground}{outline})",
+            "Posture(mass={}, gyration_radius={}, center_of_mass={}, contacts=[{}], restitution={}, gravity={}{terrain}{ground}{outline}{materials})",
             float(f.mass),
             float(f.gyration_radius),
             pair_text(f.center_of_mass),
@@ -570,7 +640,23 @@ impl PyPosture {
     fn __reduce__(
         &self,
         py: Python<'_>,
-    ) -> (Py<PyAny>, (f64, f64, [f64; 2], Vec<PyContact>, f64, f64, Points, String, Points)) {
+    ) -> (
+        Py<PyAny>,
+        (
+            f64,
+            f64,
+            [f64; 2],
+            Vec<PyContact>,
+            f64,
+            f64,
+            Points,
+            String,
+            Points,
+            PerPiece,
+            PerPiece,
+            PerPiece,
+        ),
+    ) {
         let f = self.0.fields();
         let arguments = (
             f.mass,
@@ -582,10 +668,24 @@ impl PyPosture {
             self.terrain(),
             self.ground(),
             self.outline(),
+            self.terrain_friction(),
+            self.terrain_restitution(),
+            self.terrain_speed(),
         );
         (py.get_type::<Self>().into_any().unbind(), arguments)
     }
 }
+
+impl PyPosture {
+    /// A value of each piece of the terrain; None if no piece has one.
+    fn of_pieces(&self, of: impl Fn(&Surface) -> Option<f64>) -> Option<Vec<Option<f64>>> {
+        let values: Vec<Option<f64>> = self.0.fields().surfaces.iter().map(of).collect();
+        values.iter().any(Option::is_some).then_some(values)
+    }
+}
+
+/// A value of each piece of a terrain, if there are any.
+type PerPiece = Option<Vec<Option<f64>>>;
 
 /// Points (x, y), if there are any.
 type Points = Option<Vec<(f64, f64)>>;

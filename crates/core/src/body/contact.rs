@@ -26,7 +26,7 @@ use nalgebra::Vector2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::error::{Error, angle, finite, friction, in_range, restitution};
+use crate::error::{Error, angle, finite, friction, in_range, restitution, surface_speed};
 use crate::serial::values::is_zero;
 use crate::tolerance::{DISC_CENTER, DISC_POINT};
 
@@ -73,6 +73,9 @@ pub struct Contact {
     /// of the disc that is nearest to the ground.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub center: Option<[f64; 2]>,
+    /// Speed of the surface of its ground along `t`, in m/s, as of a belt: it slides with v_t less this speed. The ground stays in its place.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub surface_speed: f64,
     /// Extent of the terrain along `t` from `point`, in m; `(-∞, ∞)` unless given.
     #[serde(default = "everywhere", skip_serializing_if = "is_everywhere")]
     #[serde(with = "crate::serial::numbers::extended_pair")]
@@ -116,6 +119,7 @@ impl Contact {
             tangential_restitution: 0.0,
             radius: 0.0,
             center: None,
+            surface_speed: 0.0,
             segment: everywhere(),
         }
     }
@@ -275,6 +279,7 @@ impl Contact {
             (0.0..1.0).contains(&self.tangential_restitution),
             "0 <= tangential_restitution < 1",
         )?;
+        surface_speed(format_args!("{at}surface_speed"), self.surface_speed)?;
         self.validate_radius(at)?;
         self.validate_center(at)?;
         let [low, high] = self.segment;

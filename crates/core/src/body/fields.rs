@@ -4,6 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::body::contact::Contact;
+use crate::error::{self, Error};
 use crate::serial::values::is_zero;
 
 /// The fields of a posture, before validation. SI units.
@@ -31,6 +32,9 @@ pub struct PostureFields {
         deserialize_with = "crate::serial::values::vertices"
     )]
     pub terrain: Vec<[f64; 2]>,
+    /// What each piece of the terrain is made of, from vertex k to vertex k + 1; none: as the contacts say.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub surfaces: Vec<Surface>,
     /// Without a terrain: whether each contact has its own line, or all share one.
     #[serde(
         default,
@@ -49,6 +53,36 @@ pub struct PostureFields {
     pub outline: Vec<[f64; 2]>,
 }
 
+/// What a piece of ground is made of. A contact on it has the friction and the restitution of the piece where the piece gives them, and its own
+/// where not.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Surface {
+    /// Coulomb friction coefficient μ, from 0 to 1e12; `None`: that of the contact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<f64>,
+    /// Coefficient of restitution e, from 0 to 1; `None`: that of the contact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub restitution: Option<f64>,
+    /// Speed of the surface along its tangent, in m/s, as of a belt. The piece stays in its place.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub speed: f64,
+}
+
+impl Surface {
+    /// Checks every field; `at` is the path written in front of a field's name in an error.
+    pub(crate) fn validate(&self, at: &str) -> Result<(), Error> {
+        if let Some(value) = self.friction {
+            error::friction(format_args!("{at}friction"), value)?;
+        }
+        if let Some(value) = self.restitution {
+            error::restitution(format_args!("{at}restitution"), value)?;
+        }
+        error::surface_speed(format_args!("{at}speed"), self.speed)?;
+        Ok(())
+    }
+}
+
 impl Default for PostureFields {
     /// 1 kg on level ground without restitution, with g = 9.81 m/s². `gyration_radius` and `contacts` have no default:
     /// [`Posture::new`](crate::Posture::new) refuses the zero and the empty list that stand for them.
@@ -61,6 +95,7 @@ impl Default for PostureFields {
             restitution: 0.0,
             gravity: 9.81,
             terrain: Vec::new(),
+            surfaces: Vec::new(),
             ground: GroundKind::default(),
             outline: Vec::new(),
         }

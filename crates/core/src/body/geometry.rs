@@ -27,6 +27,8 @@ pub(crate) struct ContactGeometry {
     pub(crate) restitution: f64,
     /// μ_i
     pub(crate) friction: f64,
+    /// Speed of the ground along t_i, in m/s; 0 without friction, which alone feels it.
+    pub(crate) surface_speed: f64,
 }
 
 impl ContactGeometry {
@@ -62,6 +64,7 @@ impl ContactGeometry {
         gravity: 0.0,
         restitution: 0.0,
         friction: 0.0,
+        surface_speed: 0.0,
     };
 
     /// (b, c) after a turn.

@@ -177,9 +177,20 @@ impl Posture {
         (0..count).map(|i| lowest(self.ground(i))).fold(f64::INFINITY, f64::min)
     }
 
+    /// Friction, restitution and surface speed (m/s) of contact `i` on a piece of terrain: those of the piece where it has some, otherwise those
+    /// of the contact. Without friction nothing feels the speed.
+    pub(crate) fn material_on(&self, i: usize, piece: &Piece) -> [f64; 3] {
+        let (contact, surface) = (&self.contacts()[i], &piece.surface);
+        let friction = surface.friction.unwrap_or(contact.friction);
+        let own = contact.restitution.unwrap_or(self.fields().restitution);
+        let speed = if friction > 0.0 { surface.speed } else { 0.0 };
+        [friction, surface.restitution.unwrap_or(own), speed]
+    }
+
     /// Constants of contact `i` on a piece of terrain.
     pub(crate) fn on_piece(&self, i: usize, piece: &Piece) -> ContactGeometry {
         let contact = &self.contacts()[i];
+        let [friction, restitution, surface_speed] = self.material_on(i, piece);
         let center_of_mass = Vector2::from(self.fields().center_of_mass);
         let (b, c) = contact.arms(&center_of_mass, &piece.tangent, &piece.normal);
         let offset = piece.height(&contact.center());
@@ -191,7 +202,10 @@ impl Posture {
             // Zero if it touches within its rounding error.
             offset: if offset.abs() <= self.touch(i) { 0.0 } else { offset },
             gravity: self.fields().gravity * piece.normal.y,
-            ..self.geometry()[i]
+            restitution,
+            friction,
+            surface_speed,
+            radius: contact.radius,
         }
     }
 }

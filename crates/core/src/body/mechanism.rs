@@ -100,8 +100,9 @@ impl Mechanism {
     ///
     /// # Errors
     ///
-    /// As [`Mechanism::new`]; no contact touches.
+    /// As [`Mechanism::new`]; no contact touches; a surface moves.
     pub fn of_posture(posture: &Posture) -> Result<Self, Error> {
+        let posture = &posture.at_its_place()?;
         let f = posture.fields();
         let m = f.mass;
         let touching =

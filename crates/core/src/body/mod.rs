@@ -25,7 +25,7 @@ pub use chain_equations::ChainPoints;
 pub use contact::Contact;
 pub use contact_space::ContactSpace;
 pub use drawn::GroundPiece;
-pub use fields::{ContactRows, GroundKind, MechanismFields, PostureFields};
+pub use fields::{ContactRows, GroundKind, MechanismFields, PostureFields, Surface};
 pub use holding::HoldingTorques;
 pub use local_model::{LocalModel, LocalModelFields, LocalState};
 pub use mechanism::{MAX_DOF, Mechanism};

@@ -20,15 +20,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::contact::{Contact, PerContact};
 use crate::body::contact_space::ContactSpace;
-use crate::body::fields::{GroundKind, PostureFields};
+use crate::body::fields::{GroundKind, PostureFields, Surface};
 use crate::body::geometry::{ContactGeometry, couplings};
 use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::outline::{self, Outline};
 use crate::body::own_ground::OwnGround;
 use crate::body::state::State;
-use crate::body::terrain;
-use crate::body::terrain::Ground;
-use crate::body::terrain::Under;
+use crate::body::terrain::{self, Ground, Piece, Under};
 use crate::error;
 use crate::error::{Error, finite, in_range, positive, restitution};
 use crate::math::turn::Turn;
@@ -140,6 +138,7 @@ fn constants(
         gravity: fields.gravity * normal.y,
         restitution: contact.restitution.unwrap_or(fields.restitution),
         friction: contact.friction,
+        surface_speed: if contact.friction > 0.0 { contact.surface_speed } else { 0.0 },
     })
 }
 
@@ -203,15 +202,30 @@ impl Posture {
                 contact.turn_to(&contact.normal());
             }
         }
+        if fields.terrain.is_empty() && !fields.surfaces.is_empty() {
+            return Err(Error::Unusable {
+                field: "surfaces".into(),
+                value: format!("[{} entries]", fields.surfaces.len()),
+                allowed: "none without a terrain".into(),
+            });
+        }
         let mut grounds = Vec::new();
         let has_rounds = fields.contacts.iter().any(Contact::is_round);
         if has_rounds {
             terrain::suits_rounds(&fields)?;
         }
         if !fields.terrain.is_empty() {
-            let ground = terrain::polyline(&fields.terrain)?;
+            let ground = terrain::polyline(&fields.terrain, &fields.surfaces)?;
             for (index, contact) in fields.contacts.iter_mut().enumerate() {
-                terrain::place_on(&ground, contact, &format!("contacts.{}.", index + 1))?;
+                let at = format!("contacts.{}.", index + 1);
+                if contact.surface_speed != 0.0 {
+                    return Err(Error::Unusable {
+                        field: format!("{at}surface_speed"),
+                        value: format!("{:?}", contact.surface_speed),
+                        allowed: "0 on a terrain, whose pieces have speeds of their own".into(),
+                    });
+                }
+                terrain::place_on(&ground, contact, &at)?;
             }
             if has_rounds {
                 grounds = terrain::raised(&ground, &fields.contacts)?;
@@ -295,12 +309,67 @@ impl Posture {
         (0..points.len()).filter(|&i| !points[..i].contains(&points[i]))
     }
 
-    /// Returns true if every contact is on a straight line without ends: in the local model its row is constant.
+    /// Returns true if every contact is on a straight line without ends, whose surface does not move: in the local model its row is constant.
     pub(crate) fn has_constant_rows(&self) -> bool {
         let is_line = |ground: &Ground| {
             ground.pieces.len() == 1 && ground.pieces[0].ends.iter().all(|end| end.is_endless())
         };
-        (0..self.contacts().len()).all(|i| self.ground(i).is_none_or(is_line))
+        (0..self.contacts().len()).all(|i| self.ground(i).is_none_or(is_line)) && !self.has_belts()
+    }
+
+    /// The largest coefficient of friction of each contact, on any piece of its ground.
+    pub(crate) fn frictions(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
+        let pieces = |i: usize| self.ground(i).map_or(&[][..], |ground| &ground.pieces);
+        self.contacts().iter().enumerate().map(move |(i, contact)| {
+            let of = |piece: &Piece| piece.surface.friction.unwrap_or(contact.friction);
+            pieces(i).iter().map(of).reduce(f64::max).unwrap_or(contact.friction)
+        })
+    }
+
+    /// Every coefficient of restitution of contacts on pieces of their ground.
+    pub(crate) fn restitutions(&self) -> impl Iterator<Item = f64> + '_ {
+        let surfaces = self.fields().surfaces.iter().filter_map(|surface| surface.restitution);
+        self.geometry().iter().map(|k| k.restitution).chain(surfaces)
+    }
+
+    /// Whether a surface of the ground moves under contacts with friction.
+    pub(crate) fn has_belts(&self) -> bool {
+        let moves = |surface: &Surface| surface.speed != 0.0;
+        self.geometry().iter().any(|k| k.surface_speed != 0.0)
+            || self.fields().surfaces.iter().any(moves)
+    }
+
+    /// Whether the ground has no material of its own and is at rest.
+    pub(crate) fn has_bare_ground(&self) -> bool {
+        self.fields().surfaces.is_empty() && !self.has_belts()
+    }
+
+    /// The same posture on ground without materials: its contacts have the coefficients of the pieces they are on in the nominal posture.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Unusable`] if a surface moves.
+    pub(crate) fn at_its_place(&self) -> Result<Self, Error> {
+        if self.has_belts() {
+            return Err(Error::Unusable {
+                field: "surface_speed".into(),
+                value: "not 0".into(),
+                allowed: "0 for statics and verdicts: on a moving surface nothing is at rest"
+                    .into(),
+            });
+        }
+        if self.has_bare_ground() {
+            return Ok(self.clone());
+        }
+        let of = |(k, contact): (&ContactGeometry, &Contact)| Contact {
+            friction: k.friction,
+            restitution: Some(k.restitution),
+            tangential_restitution: contact.tangential_restitution,
+            center: contact.center,
+            ..Contact::at(contact.point[0], contact.point[1]).with_radius(contact.radius)
+        };
+        let contacts = self.geometry().iter().zip(self.contacts()).map(of).collect();
+        Self::new(PostureFields { contacts, surfaces: Vec::new(), ..self.fields().clone() })
     }
 
     /// Returns true if a contact is a disc.

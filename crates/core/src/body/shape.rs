@@ -9,7 +9,7 @@
 use nalgebra::Vector2;
 
 use crate::body::contact::Contact;
-use crate::body::fields::{GroundKind, PostureFields};
+use crate::body::fields::{GroundKind, PostureFields, Surface};
 use crate::body::outline::{checked_polygon, opened};
 use crate::body::posture::{MAX_CONTACTS, Posture};
 use crate::error::{Error, positive};
@@ -34,6 +34,8 @@ pub struct Lamina {
     /// meets its own level line y = 0, and a disc the line of its slope. On a terrain the slope of a disc is that of the piece at the
     /// origin.
     pub terrain: Vec<[f64; 2]>,
+    /// What each piece of the terrain is made of, as of [`PostureFields::surfaces`].
+    pub surfaces: Vec<Surface>,
 }
 
 impl Posture {
@@ -193,6 +195,7 @@ impl Default for Lamina {
             tangential_restitution: 0.0,
             gravity: 9.81,
             terrain: Vec::new(),
+            surfaces: Vec::new(),
         }
     }
 }
@@ -218,6 +221,7 @@ impl Lamina {
             restitution: self.restitution,
             gravity: self.gravity,
             terrain: self.terrain.clone(),
+            surfaces: self.surfaces.clone(),
             ground: if shared { GroundKind::Shared } else { GroundKind::Own },
             outline: Vec::new(),
         }

@@ -6,6 +6,7 @@ use crate::body::contact::Contact;
 use crate::body::geometry::ContactGeometry;
 use crate::body::outline::Side;
 use crate::body::posture::Posture;
+use crate::body::terrain::Piece;
 use crate::error::Error;
 use crate::math::turn::Turn;
 use crate::tolerance::{PLACE, TOUCH};
@@ -42,7 +43,7 @@ impl Posture {
         let normal = Vector2::new(-tangent.y, tangent.x);
         let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
         let [from, to] = side.ends().map(|end| side.along().dot(&end));
-        let [friction, restitution, _] = side.coefficients;
+        let [friction, restitution, _] = self.on_corner(corner, side);
         let geometry = ContactGeometry {
             tangent,
             normal,
@@ -53,9 +54,22 @@ impl Posture {
             radius: 0.0,
             restitution,
             friction,
+            surface_speed: 0.0,
         };
         let inwards = Vector2::new(-side.along().y, side.along().x);
         (geometry, inwards.dot(&side.ends()[0]) - c, [b - from, to - b])
+    }
+
+    /// Friction, restitution and tangential restitution of a side on a corner of the ground. At the end of a moving piece the corner stands for a
+    /// pulley that turns with it: it has no friction.
+    pub(crate) fn on_corner(&self, corner: Vector2<f64>, side: &Side) -> [f64; 3] {
+        let [friction, restitution, tangential] = side.coefficients;
+        let is_pulley = |piece: &Piece| {
+            piece.surface.speed != 0.0 && piece.ends.iter().any(|end| end.vertex == corner)
+        };
+        let pulley = self.has_belts()
+            && self.grounds().iter().flat_map(|ground| &ground.pieces).any(is_pulley);
+        [if pulley { 0.0 } else { friction }, restitution, tangential]
     }
 
     /// The corners of the ground that touch a side at `q`, within the tolerance of touching and the rounding error of the place.
@@ -105,7 +119,7 @@ impl Posture {
         let contact = |on: &TouchedSide| {
             let side = self.outline().map(|outline| outline.sides()[on.side]);
             let [friction, restitution, tangential_restitution] =
-                side.map_or([0.0; 3], |side| side.coefficients);
+                side.map_or([0.0; 3], |side| self.on_corner(on.corner, &side));
             let tangent = on.geometry.tangent;
             Contact {
                 slope: libm::atan2(tangent.y + 0.0, tangent.x),

@@ -20,7 +20,7 @@ use std::f64::consts::PI;
 use nalgebra::Vector2;
 
 use crate::body::contact::{Contact, direction};
-use crate::body::fields::PostureFields;
+use crate::body::fields::{PostureFields, Surface};
 use crate::body::geometry::ContactGeometry;
 use crate::error::{Error, finite};
 use crate::math::orientation::{along, area, precise_area};
@@ -75,6 +75,7 @@ pub(crate) struct Piece {
     pub(crate) tangent: Vector2<f64>,
     pub(crate) normal: Vector2<f64>,
     slope: f64,
+    pub(crate) surface: Surface,
 }
 
 /// The adjacent pieces that a contact may touch.
@@ -124,7 +125,8 @@ impl Piece {
                 End { vertex: origin + Vector2::new(far(0), far(1)), across, at: along }
             }
         });
-        Self { ends, origin, tangent, normal, slope: contact.slope }
+        let surface = Surface { speed: contact.surface_speed, ..Surface::default() };
+        Self { ends, origin, tangent, normal, slope: contact.slope, surface }
     }
 
     /// The piece from vertex `a` to vertex `b`.
@@ -142,7 +144,14 @@ impl Piece {
             tangent,
             normal: Vector2::new(-tangent.y, tangent.x),
             slope,
+            surface: Surface::default(),
         }
+    }
+
+    /// The part of this line between two of the vertices.
+    fn part(&self, vertices: &[[f64; 2]], part: &[usize]) -> Self {
+        let across = self.ends_across();
+        Self { ends: [part[0], part[1]].map(|k| End::new(vertices[k].into(), across)), ..*self }
     }
 
     /// Height of a point at `at` over the line, n·(at − origin), in m.
@@ -485,8 +494,9 @@ pub(crate) struct Under {
     pub(crate) exists: bool,
 }
 
-/// Checks the vertices and returns the pieces between the corners.
-pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Ground, Error> {
+/// Checks the vertices and returns the pieces between the corners. A straight line of several materials has a piece for each of them.
+/// `surfaces`: of each piece between two vertices, or none.
+pub(crate) fn polyline(vertices: &[[f64; 2]], surfaces: &[Surface]) -> Result<Ground, Error> {
     let unusable = |field: String, value: String, allowed: &str| Error::Unusable {
         field,
         value,
@@ -517,21 +527,53 @@ pub(crate) fn polyline(vertices: &[[f64; 2]]) -> Result<Ground, Error> {
             "a terrain must not meet itself; piece k goes from vertex k to vertex k + 1",
         ));
     }
-    let corners = without_straight_vertices(vertices);
-    let pieces = corners.windows(2).map(|pair| Piece::between(pair[0], pair[1])).collect();
-    Ok(Ground::new(pieces, true))
+    if !(surfaces.is_empty() || surfaces.len() + 1 == vertices.len()) {
+        let value = format!("[{} entries]", surfaces.len());
+        let allowed = format!("one for each of the {} pieces of the terrain", vertices.len() - 1);
+        return Err(unusable("surfaces".into(), value, &allowed));
+    }
+    for (k, surface) in surfaces.iter().enumerate() {
+        surface.validate(&format!("surfaces.{}.", k + 1))?;
+    }
+    let corners = corners(vertices);
+    let pieces: Vec<Piece> = corners
+        .windows(2)
+        .flat_map(|ends| {
+            let line = Piece::between(vertices[ends[0]], vertices[ends[1]]);
+            let surface = |k: usize| surfaces.get(k).copied().unwrap_or_default();
+            let changes = (ends[0] + 1..ends[1]).filter(|&k| surface(k) != surface(k - 1));
+            let joints: Vec<usize> =
+                std::iter::once(ends[0]).chain(changes).chain([ends[1]]).collect();
+            let parts: Vec<Piece> = joints
+                .windows(2)
+                .map(|part| Piece { surface: surface(part[0]), ..line.part(vertices, part) })
+                .collect();
+            parts
+        })
+        .collect();
+    let ground = Ground::new(pieces, true);
+    for k in 1..ground.pieces.len() {
+        let moves = ground.pieces[k - 1..=k].iter().any(|piece| piece.surface.speed != 0.0);
+        if moves && ground.turn(k) == Ordering::Greater {
+            let vertex = ground.pieces[k].ends[0].vertex;
+            let value = format!("a moving piece at the vertex ({:?}, {:?})", vertex.x, vertex.y);
+            let allowed = "at rest beside a concave vertex: give the contacts grounds of their own there, with a surface_speed";
+            return Err(unusable("surfaces".into(), value, allowed));
+        }
+    }
+    Ok(ground)
 }
 
-/// The vertices of a polyline without those on straight lines. Such a vertex changes nothing: the two parts of the straight line are one
-/// piece.
-fn without_straight_vertices(vertices: &[[f64; 2]]) -> Vec<[f64; 2]> {
-    let (mut kept, mut from) = (vec![vertices[0]], 0);
+/// The numbers of the vertices of a polyline without those on straight lines. Such a vertex changes no geometry: the two parts of the straight
+/// line are on one line.
+fn corners(vertices: &[[f64; 2]]) -> Vec<usize> {
+    let (mut kept, mut from) = (vec![0], 0);
     for k in 1..vertices.len() {
         let on_line = |next: &[f64; 2]| {
             vertices[from + 1..=k].iter().all(|v| is_between(&vertices[from], next, v))
         };
         if !vertices.get(k + 1).is_some_and(on_line) {
-            kept.push(vertices[k]);
+            kept.push(k);
             from = k;
         }
     }
@@ -744,6 +786,14 @@ pub(crate) fn shared(fields: &PostureFields) -> Result<Vec<Ground>, Error> {
                 "left out, because the ground is shared and has no ends",
             ));
         }
+        if contact.surface_speed != first.surface_speed {
+            let value = format!("{:?}", contact.surface_speed);
+            return Err(unusable(
+                at("surface_speed"),
+                value,
+                "the surface_speed of contacts.1, because the ground is shared",
+            ));
+        }
         if normal.dot(&(Vector2::from(contact.point) - Vector2::from(lowest.point))) < 0.0 {
             lowest = contact;
         }
@@ -783,7 +833,7 @@ mod tests {
 
     #[test]
     fn the_raised_ground_of_a_disc_keeps_its_distance() {
-        let low = polyline(&[[-3.0, 4.0], [-1.0, 0.0], [2.0, 0.0], [2.0, 3.0]]).unwrap();
+        let low = polyline(&[[-3.0, 4.0], [-1.0, 0.0], [2.0, 0.0], [2.0, 3.0]], &[]).unwrap();
         let high = low.raised_by(0.25).unwrap();
         // Floor and wall meet at a right angle: exactly one radius away from both.
         assert_eq!(high.pieces[1].ends[1].vertex, Vector2::new(1.75, 0.25));
@@ -796,7 +846,7 @@ mod tests {
         let meet = |pair: &[Piece]| pair[0].ends[1].vertex == pair[1].ends[0].vertex;
         assert!(high.pieces.windows(2).all(meet));
         assert!(low.raised_by(3.2).unwrap_err().contains("piece of terrain"));
-        let ridge = polyline(&[[-1.0, 0.0], [0.0, 1.0], [1.0, 0.0]]).unwrap();
+        let ridge = polyline(&[[-1.0, 0.0], [0.0, 1.0], [1.0, 0.0]], &[]).unwrap();
         assert!(ridge.raised_by(0.1).unwrap_err().contains("(0.0, 1.0)"));
     }
 }

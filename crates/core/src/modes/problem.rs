@@ -416,11 +416,12 @@ impl ContactProblem {
                 return Err(approaches(i, rate));
             }
             let touching = c - k.radius;
-            let speed = k.tangent.x * v.x + k.tangent.y * v.y - touching * omega;
+            let along = k.tangent.x * v.x + k.tangent.y * v.y;
+            let speed = along - touching * omega - k.surface_speed;
             let sign = i8::from(speed > tolerance) - i8::from(speed < -tolerance);
             problem.arms.push((k.tangent * b + k.normal * touching).into());
             problem.tangents.push(k.tangent.into());
-            problem.friction.push(posture.contacts()[i].friction);
+            problem.friction.push(k.friction);
             problem.sliding.push((closed && rate <= tolerance).then_some(sign));
             problem.bias.push([-b * omega * omega, -c * omega * omega]);
         }

@@ -159,7 +159,7 @@ impl Bouncing<'_> {
         let (b, c) = p.turned(turn);
         let omega = self.body.spin.omega + change[4];
         let along = match self.grip {
-            Grip::Sticks => (c - p.radius) * omega,
+            Grip::Sticks => (c - p.radius) * omega + p.surface_speed,
             Grip::Slides(_) => p.tangent.dot(&self.body.center.v) + change[3],
         };
         [
@@ -201,7 +201,7 @@ impl Bouncing<'_> {
         let [b, c] = p.turned(&Turn::by(from[2])).into();
         let omega = self.body.spin.omega + from[4];
         let v = match self.grip {
-            Grip::Sticks => (c - p.radius) * omega,
+            Grip::Sticks => (c - p.radius) * omega + p.surface_speed,
             Grip::Slides(_) => p.tangent.dot(&self.body.center.v) + from[3],
         };
         // The landing speed is u − d.
@@ -219,7 +219,10 @@ impl Bouncing<'_> {
             return None;
         }
         let bent = b * turn.sin - c * turn.one_minus_cos;
-        let slip = if self.grip == Grip::Sticks { 0.0 } else { v - (c - p.radius) * omega };
+        let slip = match self.grip {
+            Grip::Sticks => 0.0,
+            Grip::Slides(_) => v - (c - p.radius) * omega - p.surface_speed,
+        };
         let slip = slip + along * dt - omega * bent;
         let [b, c] = turn.turned([b, c]);
         let c = c - p.radius; // of the touching point

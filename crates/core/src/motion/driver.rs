@@ -407,6 +407,16 @@ impl<'a> Driver<'a> {
         }
     }
 
+    /// Bound of the speeds of the contacts over the ground that the body touches, in m/s.
+    pub(super) fn speed_over_ground(&self) -> f64 {
+        match &self.state {
+            Moving::Turning(body) => {
+                body.velocity_over_ground().norm() + self.place * body.spin.omega.abs()
+            }
+            Moving::Frozen(rows) => rows.speed(),
+        }
+    }
+
     /// Sliding speed that counts as zero, in m/s.
     pub(super) fn sliding_tolerance(&self) -> f64 {
         still_speed(self.fastest, self.state.gravity(), self.log.clock)

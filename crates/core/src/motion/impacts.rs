@@ -84,9 +84,9 @@ impl Driver<'_> {
             p_n -= ((1.0 + restitution) * rate + w.nt * p_t + w.nn * p_n) / w.nn;
         }
         let (impulse, before) = ([p_t, p_n], self.rates());
-        let (speed, known) = (self.state.total_speed(), self.state.rounding(i).rate);
+        let (speed, known) = (self.state.total_speed(&[i]), self.state.rounding(i).rate);
         self.apply_impulse(i, impulse);
-        self.watch_energy(speed);
+        self.watch_energy(&[i], speed);
         if newton {
             // Exact by the law, without rounding error.
             self.state.set_point(i, (0.0, -restitution * rate));
@@ -184,13 +184,13 @@ impl Driver<'_> {
         }
         let listed = self.rates();
         let known: ContactValues<f64> = hit.iter().map(|&i| self.state.rounding(i).rate).collect();
-        let speed = self.state.total_speed();
+        let speed = self.state.total_speed(hit);
         for (&i, &impulse) in hit.iter().zip(&impulses) {
             if impulse != [0.0; 2] {
                 self.apply_impulse(i, impulse);
             }
         }
-        self.watch_energy(speed);
+        self.watch_energy(hit, speed);
         for (k, &i) in hit.iter().enumerate() {
             let Party { before: [_, rate], material } = parties[k];
             if is_hit[k] {
@@ -286,9 +286,9 @@ impl Driver<'_> {
         })
     }
 
-    /// Warns if an impact has raised the kinetic energy; `before`: √(2T) before it.
-    fn watch_energy(&mut self, before: f64) {
-        let speeds = [before, self.state.total_speed()];
+    /// Warns if an impact of these points has raised the kinetic energy; `before`: √(2T) before it.
+    fn watch_energy(&mut self, hit: &[usize], before: f64) {
+        let speeds = [before, self.state.total_speed(hit)];
         watch_energy(&mut self.record.warnings, speeds, self.fastest);
     }
 

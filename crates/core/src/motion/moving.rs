@@ -158,10 +158,10 @@ impl Moving {
         }
     }
 
-    /// √(2T), per unit mass of a body, in m/s.
-    pub(crate) fn total_speed(&self) -> f64 {
+    /// √(2T), per unit mass of a body, in m/s, in the frame of the ground under these points; ∞ if their grounds move apart.
+    pub(crate) fn total_speed(&self, points: &[usize]) -> f64 {
         match self {
-            Self::Turning(body) => body.total_speed(),
+            Self::Turning(body) => body.total_speed(points),
             Self::Frozen(rows) => rows.v.norm(),
         }
     }

@@ -203,7 +203,7 @@ impl Driver<'_> {
     /// No mode is consistent, with speeds that are what impacts one after the other have left of zero: everything stands. At rest there is a
     /// mode. Returns whether it moved.
     pub(super) fn stands_at_last(&mut self) -> bool {
-        let speed = self.speed();
+        let speed = self.speed_over_ground();
         let moves = speed > 0.0 && speed <= LEFT_OF_ZERO * self.fastest;
         if moves {
             self.state.stand();

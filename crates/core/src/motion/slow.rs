@@ -131,7 +131,7 @@ impl Driver<'_> {
             for i in (0..count).filter(|&i| stops[i]) {
                 self.state.set_point(i, (0.0, 0.0));
             }
-            if self.slow.chatters() && self.speed() <= watched {
+            if self.slow.chatters() && self.speed_over_ground() <= watched {
                 self.state.stand();
             }
         }

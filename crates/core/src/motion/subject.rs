@@ -83,7 +83,7 @@ impl BodyStart {
             gyration_radius: posture.fields().gyration_radius,
             arms: geometry.iter().map(|k| arm(k).into()).collect(),
             tangents: geometry.iter().map(|k| k.tangent.into()).collect(),
-            friction: posture.contacts().iter().map(|contact| contact.friction).collect(),
+            friction: geometry.iter().map(|k| k.friction).collect(),
             sliding: posture.per_contact(|k| ways[k]).collect(),
             bias: vec![[0.0; 2]; geometry.len()],
             free_acceleration: std::array::from_fn(|_| fall.next().unwrap_or(0.0)),

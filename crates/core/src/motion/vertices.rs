@@ -77,7 +77,7 @@ impl OnGround<'_, '_> {
             p.place.sides[side] = piece.ends[1].vertex.x - piece.ends[0].vertex.x;
         }
         let velocity = old.tangent * self.state.along(i) + old.normal * old.u;
-        (p.tangent, p.normal) = (piece.tangent, piece.normal);
+        p.turns_to(&self.ground.posture, piece);
         (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
         (p.held, p.depth) = (None, 0.0);
         if p.normal != old.normal {

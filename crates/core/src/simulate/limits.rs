@@ -84,10 +84,9 @@ const ROUGHEST: f64 = 1e6;
 /// Refuses motions that are not supported; the error names the field.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     reachable(posture.fields().gravity, options)?;
-    let restitution = || posture.geometry().iter().map(|k| k.restitution);
-    ends(restitution(), options)?;
+    ends(posture.restitutions(), options)?;
     if options.certify {
-        dissipative(restitution(), LOSES)?;
+        dissipative(posture.restitutions(), LOSES)?;
     }
     if options.certify && !options.is_plain(posture) {
         return Err(Error::Unusable {
@@ -118,11 +117,11 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
     } else {
         (LONGEST_ARM, "at most 1e4 beyond the first Zeno point, or with friction in impacts")
     };
-    for (i, contact) in contacts.iter().enumerate() {
+    for (i, friction) in posture.frictions().enumerate() {
         in_range(
             format_args!("contacts.{}.friction", i + 1),
-            contact.friction,
-            contact.friction <= ROUGHEST,
+            friction,
+            friction <= ROUGHEST,
             "at most 1e6 for motion",
         )?;
     }
@@ -142,7 +141,13 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
             let surface = |k: usize| {
                 let contact = contacts[k];
                 let restitution = posture.geometry()[k].restitution;
-                (contact.friction, restitution, contact.tangential_restitution, contact.segment)
+                (
+                    contact.friction,
+                    restitution,
+                    contact.tangential_restitution,
+                    contact.segment,
+                    contact.surface_speed,
+                )
             };
             // The friction forces on two pieces of ground that meet are not unique.
             let rubs = contacts[i].friction > 0.0 || contacts[j].friction > 0.0;

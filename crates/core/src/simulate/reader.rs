@@ -359,7 +359,11 @@ impl<'a> Held<'a> {
 
     /// The series that begins with this state.
     fn next(&self, from: &BodyState) -> Option<Box<Step>> {
-        if from.is_fixed(self.modes) { None } else { Step::new(from, self.modes, ORDER) }
+        if from.is_fixed(self.modes) && !from.rides(self.modes) {
+            None
+        } else {
+            Step::new(from, self.modes, ORDER)
+        }
     }
 
     /// Keeps the series that begins with this state; false if there is none.

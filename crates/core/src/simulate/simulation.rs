@@ -83,13 +83,13 @@ impl<'a> Simulation<'a> {
     /// The same with checked start and excitation. `options` have been checked.
     fn checked(&self) -> Result<Self, Error> {
         let Self { posture, start, ref options, excitation, .. } = *self;
-        let options = &options.acting(posture.contacts().iter().map(|contact| contact.friction))?;
+        let options = &options.acting(posture.frictions())?;
         solvable(posture, options)?;
         if options.model == Model::Local && !posture.has_constant_rows() {
             return Err(Error::Unusable {
                 field: "model".into(),
                 value: "\"local\"".into(),
-                allowed: "\"full\" or \"auto\" with a terrain or a segment: the local model has straight lines without ends".into(),
+                allowed: "\"full\" or \"auto\" with a terrain, a segment or a surface_speed: the local model has straight lines at rest without ends".into(),
             });
         }
         start.validate()?;

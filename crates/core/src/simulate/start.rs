@@ -151,7 +151,8 @@ impl Start {
             ContactState {
                 normal,
                 tangent,
-                friction: contact.friction,
+                friction: under.geometry.friction,
+                surface_speed: under.geometry.surface_speed,
                 restitution,
                 b,
                 c,

@@ -421,7 +421,7 @@ impl Trajectory {
             index: i,
             corner: None,
             along: None,
-            friction: self.posture().map_or(0.0, |posture| posture.contacts()[i].friction),
+            friction: self.posture().map_or(0.0, |posture| posture.geometry()[i].friction),
         });
         let sides = self.record.sides.iter().enumerate().map(|(k, (corner, index))| {
             let side = self.posture().and_then(Posture::outline).map(|all| all.sides()[*index]);

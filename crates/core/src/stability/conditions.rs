@@ -199,6 +199,7 @@ pub(super) fn touching(posture: &Posture) -> Vec<usize> {
 ///
 /// If there is no contact at a place.
 pub fn with_contacts(posture: &Posture, places: &[usize]) -> Result<Posture, Error> {
+    let posture = &posture.at_its_place()?;
     let all = [posture.contacts(), &posture.side_contacts()].concat();
     Posture::new(PostureFields {
         contacts: places.iter().map(|&k| straight(&all[k])).collect(),
@@ -215,7 +216,8 @@ fn straight(contact: &Contact) -> Contact {
     if contact.is_round() { Contact { segment: endless, ..*contact } } else { *contact }
 }
 
-/// The posture without the contacts that do not touch, and the places of the others in the list of all contacts; `None` if all touch.
+/// The posture without the contacts that do not touch, and the places of the others in the list of all contacts; `None` if all touch ground that
+/// has no material of its own.
 /// Small motions do not bring the contacts that are left out to the ground.
 ///
 /// # Errors
@@ -246,7 +248,8 @@ pub(super) fn of_those_that_touch(
             allowed: "at least one contact that touches its ground at q = 0: stability is defined for a posture that stands".into(),
         });
     }
-    if places.len() == posture.contacts().len() && posture.side_contacts().is_empty() {
+    let all_touch = places.len() == posture.contacts().len() && posture.side_contacts().is_empty();
+    if all_touch && posture.has_bare_ground() {
         return Ok(None);
     }
     Ok(Some((with_contacts(posture, &places)?, places)))

@@ -45,7 +45,7 @@ impl Edge {
 }
 
 /// The abscissas of the centre of mass, in m, world axes, for which friction and normal forces at the contacts of the nominal posture can
-/// balance gravity. An end is ±∞ if there is no bound; the result is `None` if no position is possible. Without gravity all abscissas are
+/// balance gravity. An end is ±∞ if there is no bound; the result is `None` if no position is possible, or if a surface moves. Without gravity all abscissas are
 /// possible.
 ///
 /// Closed form over pairs of cone edges (and single vertical edges, and triples that squeeze the body), for any number of contacts [Or &
@@ -62,6 +62,9 @@ impl Edge {
 /// ```
 #[must_use]
 pub fn equilibrium_region(posture: &Posture) -> Option<[f64; 2]> {
+    if posture.has_belts() {
+        return None;
+    }
     let x = posture.fields().center_of_mass[0];
     let regions = regions(posture, 1.0);
     // Regions of different pieces at a convex vertex nearly always overlap. If they do not, the one at the centre of mass counts.
@@ -130,7 +133,7 @@ fn edges(posture: &Posture, stance: &Stance, factor: f64) -> Vec<Edge> {
         if k.offset != 0.0 {
             continue;
         }
-        let friction = factor * contact.friction;
+        let friction = factor * k.friction;
         let arm = Vector2::from(contact.point) - Vector2::from(posture.fields().center_of_mass);
         let sides: &[f64] = if friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
         // At a vertex both pieces carry forces.

@@ -32,7 +32,7 @@ struct Edge {
     moment: f64,
 }
 
-/// The forces that can hold the body; `None` if there are none. Only contacts that touch in the nominal posture carry forces. After the
+/// The forces that can hold the body; `None` if there are none, or if a surface moves. Only contacts that touch in the nominal posture carry forces. After the
 /// contacts of the posture come the sides that touch corners of the ground, in the axes of the sides, as in
 /// [`Trajectory::contacts`](crate::Trajectory::contacts) of a run from this posture.
 ///
@@ -48,6 +48,9 @@ struct Edge {
 /// ```
 #[must_use]
 pub fn static_forces(posture: &Posture) -> Option<StaticForces> {
+    if posture.has_belts() {
+        return None;
+    }
     let stances = posture.stances(&Vector3::zeros());
     stances.iter().find_map(|stance| forces_of(posture, stance))
 }
@@ -102,15 +105,15 @@ pub(super) fn extremes(
 fn edges(posture: &Posture, stance: &Stance) -> Vec<Edge> {
     let size = posture.size();
     let mut edges = Vec::new();
-    for (contact, (k, c)) in posture.geometry().iter().zip(posture.contacts()).enumerate() {
+    for (contact, k) in posture.geometry().iter().enumerate() {
         if k.offset != 0.0 {
             continue;
         }
-        let sides: &[f64] = if c.friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
         // At a vertex both pieces carry forces.
         for on in &stance[contact] {
+            let sides: &[f64] = if on.friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
             for side in sides {
-                let f = side * c.friction;
+                let f = side * on.friction;
                 let u = on.normal + on.tangent * f;
                 let force = [k.tangent.dot(&u), k.normal.dot(&u)];
                 // (t b + n c) × (t f + n) = b − c f
@@ -137,7 +140,7 @@ const MOST: f64 = 1e9;
 
 /// Reserve of friction of a posture: 1 − κ. κ is the least factor on all coefficients of friction at which the centre of mass is over the
 /// equilibrium region, or beyond its end by at most [`TOUCH`] of the size of the body. The reserve is 1 if the body stands without
-/// friction, zero at the edge of the region, negative outside, and −∞ if no friction suffices.
+/// friction, zero at the edge of the region, negative outside, and −∞ if no friction suffices, or if a surface moves.
 ///
 /// ```
 /// use standfast::stability::friction_margin;
@@ -163,6 +166,9 @@ pub fn friction_margin(posture: &Posture) -> f64 {
         let holds = |[low, high]: &[f64; 2]| low - slack <= x && x <= high + slack;
         regions(posture, factor).iter().any(holds)
     };
+    if posture.has_belts() {
+        return f64::NEG_INFINITY;
+    }
     if stands(0.0) {
         return 1.0;
     }

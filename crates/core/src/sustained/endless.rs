@@ -14,7 +14,13 @@ impl BodyState {
         let mut closed = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
         let i = closed.next()?;
         let alone = closed.next().is_none();
-        (alone && self.points.iter().all(|p| p.normal == self.points[i].normal)).then_some(i)
+        (alone && self.is_uniform(i)).then_some(i)
+    }
+
+    /// Whether the ground of all contacts has the direction and the speed of that of contact `i`.
+    fn is_uniform(&self, i: usize) -> bool {
+        let of = |p: &ContactState| (p.normal, p.surface_speed);
+        self.points.iter().all(|p| of(p) == of(&self.points[i]))
     }
 
     /// Returns true if a body that slides on one contact moves away from the terrain of the others for ever: downhill, or on level ground
@@ -75,7 +81,9 @@ impl ClosedMotion {
         let round = |(p, mode): (&ContactState, &Mode)| *mode != Mode::Separate && p.radius > 0.0;
         let rolls = |(p, mode): &(&ContactState, &Mode)| **mode == Mode::Fixed && p.radius > 0.0;
         let pairs = || body.points.iter().zip(word);
-        let kind = if (0..word.len()).any(along) {
+        // Over surfaces of one speed the motion is that over a ground at rest, seen from the surfaces.
+        let moves = body.points.iter().any(|p| p.surface_speed != 0.0) && !body.is_uniform(0);
+        let kind = if moves || (0..word.len()).any(along) {
             Drive::Other
         } else if !pairs().any(rubs) {
             match pairs().find(rolls) {

@@ -183,7 +183,8 @@ impl BodyState {
         let arc = self.arc_over(i, posture, piece);
         let p = &mut self.points[i];
         p.place = ground.place(place.contact, k, &at);
-        (p.tangent, p.normal, p.b, p.c, p.u) = (piece.tangent, piece.normal, arc.b, arc.c, arc.u);
+        p.turns_to(posture, piece);
+        (p.b, p.c, p.u) = (arc.b, arc.c, arc.u);
         // On the line of a piece beyond its end it does not touch.
         (p.h, p.depth) = match (exists, arc.h > 0.0) {
             (true, true) => (arc.h, 0.0),
@@ -204,7 +205,8 @@ impl BodyState {
         let terms = self.center.r.norm() + arc.b.abs() + arc.c.abs() + posture.size();
         let speeds = self.center.v.norm() + (arc.b * self.spin.omega).abs();
         let p = &mut self.points[i];
-        (p.tangent, p.normal, p.b, p.c) = (piece.tangent, piece.normal, arc.b, arc.c);
+        p.turns_to(posture, piece);
+        (p.b, p.c) = (arc.b, arc.c);
         (p.h, p.depth, p.u, p.held) = (0.0, 0.0, arc.u.min(0.0), None);
         p.place = ground.place(contact, k, &at);
         p.place.sides = p.place.sides.map(|side| side.max(0.0));

@@ -12,6 +12,7 @@ use std::sync::Arc;
 use smallvec::SmallVec;
 
 use crate::body::contact::{Contact, ContactLetters, ContactValues, PerContact};
+use crate::body::geometry::ContactGeometry;
 use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::posture::Posture;
 use crate::body::{ContactRows, ContactSpace, Mechanism};
@@ -71,8 +72,8 @@ impl Rows {
     /// Of a body in its posture.
     pub(crate) fn of_posture(posture: &Posture) -> Self {
         let material = |i: usize| {
-            let Contact { friction, tangential_restitution, .. } = posture.contacts()[i];
-            let restitution = posture.geometry()[i].restitution;
+            let Contact { tangential_restitution, .. } = posture.contacts()[i];
+            let ContactGeometry { friction, restitution, .. } = posture.geometry()[i];
             Material { friction, restitution, tangential_restitution }
         };
         let contacts: Vec<usize> = posture.distinct().collect();

@@ -60,10 +60,15 @@ impl Frozen {
 }
 
 impl BodyState {
-    /// Impulses (tangential, normal), per unit mass, in the friction cones of these points that bring the body to rest: those with the
+    /// Impulses (tangential, normal), per unit mass, in the friction cones of these points that bring the body to rest on their ground: those with the
     /// smallest sum of their parts along the edges of the cones. `None` if there are none.
     pub(crate) fn stopped_by(&self, closed: &[usize]) -> Option<Vec<(usize, [f64; 2])>> {
-        let (rho, v) = (self.rho2.sqrt(), self.center.v);
+        let ground = self.velocity_of_ground(|_, i| closed.contains(&i));
+        let moves = |&i: &usize| self.points[i].tangent * self.points[i].surface_speed != ground;
+        if closed.iter().any(moves) {
+            return None; // no velocity stops the slides over all of these surfaces
+        }
+        let (rho, v) = (self.rho2.sqrt(), self.center.v - ground);
         let motion = Vector3::new(v.x, v.y, rho * self.spin.omega);
         let speed = motion.norm();
         let edges: Vec<(usize, [f64; 2], Vector3<f64>)> = closed

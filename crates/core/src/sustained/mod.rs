@@ -37,7 +37,7 @@ use nalgebra::{Vector2, Vector3};
 use crate::body::contact::{ContactLetters, ContactValues, PerContact};
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::body::terrain::Place;
+use crate::body::terrain::{Piece, Place};
 use crate::collisions::log::{Center, Spin};
 use crate::impact::friction::{Material, Matrix};
 use crate::math::clock::Clock;
@@ -68,6 +68,8 @@ pub(crate) struct ContactState {
     pub(crate) normal: Vector2<f64>,
     pub(crate) tangent: Vector2<f64>,
     pub(crate) friction: f64,
+    /// Speed of the ground along the tangent, in m/s.
+    pub(crate) surface_speed: f64,
     /// Coefficients of restitution along the normal, and of tangential restitution.
     pub(crate) restitution: [f64; 2],
     pub(crate) b: f64,
@@ -88,6 +90,13 @@ pub(crate) struct ContactState {
 }
 
 impl ContactState {
+    /// Gives the contact the axes and the material of this piece of its ground. Gap, arm and rate are as before.
+    pub(crate) fn turns_to(&mut self, posture: &Posture, piece: &Piece) {
+        (self.tangent, self.normal) = (piece.tangent, piece.normal);
+        [self.friction, self.restitution[0], self.surface_speed] =
+            posture.material_on(self.place.contact, piece);
+    }
+
     pub(crate) fn material(&self) -> Material {
         let [restitution, tangential_restitution] = self.restitution;
         Material { friction: self.friction, restitution, tangential_restitution }
@@ -140,10 +149,10 @@ impl Clone for BodyState {
 }
 
 impl BodyState {
-    /// Tangential speed v_t = t·v − (c − R) ω of a contact point.
+    /// Tangential speed v_t = t·v − (c − R) ω − σ of a contact point over its ground, whose surface moves with σ.
     pub(crate) fn slip(&self, i: usize) -> f64 {
         let p = &self.points[i];
-        p.tangent.dot(&self.center.v) - p.touching_c() * self.spin.omega
+        p.tangent.dot(&self.center.v) - p.touching_c() * self.spin.omega - p.surface_speed
     }
 
     /// Speed of a contact along its ground, in m/s: of the centre, if it is round.
@@ -152,9 +161,18 @@ impl BodyState {
         p.tangent.dot(&self.center.v) - p.c * self.spin.omega
     }
 
-    /// √(2T) for unit mass, in m/s.
-    pub(crate) fn total_speed(&self) -> f64 {
-        (2.0 * self.kinetic()).sqrt()
+    /// √(2T) for unit mass, in m/s, in the frame of the ground under these points; ∞ if their grounds move apart.
+    pub(crate) fn total_speed(&self, points: &[usize]) -> f64 {
+        if points.iter().all(|&i| self.points[i].surface_speed == 0.0) {
+            return (2.0 * self.kinetic()).sqrt();
+        }
+        let ground = self.velocity_of_ground(|_, i| points.contains(&i));
+        let moves = |&i: &usize| self.points[i].tangent * self.points[i].surface_speed != ground;
+        if points.iter().any(moves) {
+            return f64::INFINITY;
+        }
+        let center = Center { v: self.center.v - ground, ..self.center };
+        (2.0 * Self { center, ..self.clone() }.kinetic()).sqrt()
     }
 
     /// Kinetic energy per unit mass.

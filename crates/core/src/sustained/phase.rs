@@ -131,7 +131,8 @@ impl BodyState {
     fn stop(&mut self, modes: &[Mode], slow: bool) -> bool {
         let closed = modes.iter().filter(|&&mode| mode != Mode::Separate).count();
         if closed > 1 && slow {
-            (self.center.v, self.spin.omega) = (Vector2::zeros(), 0.0);
+            self.spin.omega = 0.0;
+            self.center.v = self.velocity_of_ground(|_, i| modes[i] != Mode::Separate);
         }
         closed > 1 && !slow
     }
@@ -275,10 +276,11 @@ impl<'a> ContactPhase<'a> {
         self.ways = ways;
     }
 
-    /// The largest of the speeds of the body, in m/s.
+    /// The largest of the speeds of the body over the ground of its closed contacts, in m/s.
     fn speed(&self) -> f64 {
-        let BodyState { center, spin, .. } = &self.body;
-        center.v.x.abs().max(center.v.y.abs()).max(self.size * spin.omega.abs())
+        let ground = self.body.velocity_of_ground(|_, i| self.ways[i].is_some());
+        let v = self.body.center.v - ground;
+        v.x.abs().max(v.y.abs()).max(self.size * self.body.spin.omega.abs())
     }
 
     /// Simulates word after word until the phase ends. `note` is called at the start of every step.
@@ -525,8 +527,10 @@ impl<'a> ContactPhase<'a> {
         note: &mut Note<'_>,
     ) -> StretchEnd {
         let outcome = |outcome| StretchEnd::End(PhaseEnd::Outcome(outcome));
-        // If the rows leave no motion, the velocity is rounding error.
+        // If the rows leave no motion, the velocity over the ground is rounding error.
         let rests = self.body.is_fixed(&self.word) || !self.moves(acceleration);
+        let rides = rests && self.body.rides(&self.word);
+        let rests = rests && !rides;
         let body = &mut self.body;
         if rests {
             (body.center.v, body.spin.omega) = (Vector2::zeros(), 0.0);
@@ -539,6 +543,8 @@ impl<'a> ContactPhase<'a> {
         } else {
             body.hold(&self.word);
         }
+        let rides_on =
+            rides && body.ride(&self.word) && self.options.neighbourhood == f64::INFINITY;
         self.turned = [body.spin.theta; 2];
         // At a singularity of the forces in a slide.
         let jams = |body: &mut BodyState, word: &[Mode]| match body.jams(word) {
@@ -559,6 +565,17 @@ impl<'a> ContactPhase<'a> {
                 }
                 log.clock = log.clock.after(log.left().max(0.0));
                 return outcome(Outcome::TimeLimit);
+            }
+            if rides_on {
+                let left = log.left().max(0.0);
+                if left < f64::INFINITY {
+                    let body = &mut self.body;
+                    body.center.r += body.center.v * left;
+                    log.clock = log.clock.after(left);
+                    return outcome(Outcome::TimeLimit);
+                }
+                self.acceleration = Some([0.0; 3]);
+                return outcome(Outcome::Sliding);
             }
             let starts = std::mem::take(&mut fresh).then_some([starting, changed]);
             let found = self.next_step(acceleration, last.take(), starts, log.left());

@@ -260,6 +260,8 @@ impl BodyState {
         let held = |i: usize| if in_vertex(i) { Mode::Fixed } else { modes[i] };
         let held: ContactLetters<_> = (0..modes.len()).map(held).collect();
         let rows = independent(apart, self.rows(&held));
+        let carried = self.carried(&rows);
+        velocity -= carried;
         for _ in 0..AGREES {
             let before = velocity.amax();
             for row in &rows {
@@ -270,11 +272,70 @@ impl BodyState {
                 break;
             }
         }
+        velocity += carried;
         (self.center.v, self.spin.omega) = (velocity.xy(), velocity.z / rho);
         if let Some(pair) = self.parallel(&rows) {
             self.spin.omega = self.turned_by(pair, self.center.v);
         }
         rows
+    }
+
+    /// The smallest velocity with which fixed contacts move as their ground does, in coordinates with the metric of the identity; zero unless
+    /// a surface moves.
+    fn carried(&self, rows: &[Row]) -> Vector3<f64> {
+        let mut velocity = Vector3::zeros();
+        if self.points.iter().all(|p| p.surface_speed == 0.0) {
+            return velocity;
+        }
+        for row in rows {
+            let Unknown { contact, tangential } = row.unknown;
+            let speed = if tangential { self.points[contact].surface_speed } else { 0.0 };
+            let off = row.whole.dot(&velocity) - speed;
+            velocity -= row.direction * (off / row.whole.dot(&row.direction));
+        }
+        velocity
+    }
+
+    /// The velocity of the ground under these points, if it is one; otherwise zero.
+    pub(crate) fn velocity_of_ground(
+        &self,
+        mut under: impl FnMut(&ContactState, usize) -> bool,
+    ) -> Vector2<f64> {
+        let mut found = None;
+        for (i, p) in self.points.iter().enumerate() {
+            let v = p.tangent * p.surface_speed;
+            if under(p, i) && *found.get_or_insert(v) != v {
+                return Vector2::zeros();
+            }
+        }
+        found.unwrap_or_default()
+    }
+
+    /// Whether the ground of a contact that is fixed in these modes moves.
+    pub(crate) fn rides(&self, modes: &[Mode]) -> bool {
+        let held =
+            |(p, mode): (&ContactState, &Mode)| *mode == Mode::Fixed && p.surface_speed != 0.0;
+        self.points.iter().zip(modes).any(held)
+    }
+
+    /// The body, at rest on its ground, moves with it and does not turn. The gaps of other contacts change with its velocity alone. Returns
+    /// whether it rides on for ever: no contact lands, and no piece of the ground has an end.
+    pub(crate) fn ride(&mut self, modes: &[Mode]) -> bool {
+        self.spin.omega = 0.0;
+        let (v, closed) = (self.center.v, |mode: Mode| mode != Mode::Separate);
+        let moves = |(p, mode): &(&ContactState, &Mode)| p.surface_speed != 0.0 && closed(**mode);
+        let level = self.points.iter().zip(modes).find(moves).map(|(p, _)| p.normal);
+        for (p, mode) in self.points.iter_mut().zip(modes) {
+            let keeps = closed(*mode) || level == Some(p.normal);
+            p.u = if keeps { 0.0 } else { p.normal.dot(&v) };
+        }
+        let stays = |p: &ContactState| p.u >= 0.0 && p.place.sides == [f64::INFINITY; 2];
+        self.points.iter().all(stays)
+    }
+
+    /// Velocity of the centre of mass over the ground that the body touches, in m/s.
+    pub(crate) fn velocity_over_ground(&self) -> Vector2<f64> {
+        self.center.v - self.velocity_of_ground(|p, _| p.h == 0.0)
     }
 
     /// Corrects the velocity of a body with these contacts closed: its rates along their normals are rounding error.
@@ -311,9 +372,9 @@ impl BodyState {
         Vector3::new(push.x, push.y, turn)
     }
 
-    /// Sets the velocity of a body to zero where it is rounding error.
+    /// Sets the velocity of a body over the ground that it touches to zero, where it is rounding error.
     pub(crate) fn stand(&mut self) {
-        self.center.v.fill(0.0);
+        self.center.v = self.velocity_of_ground(|p, _| p.h == 0.0);
         self.spin.omega = 0.0;
         for p in &mut self.points {
             (p.u, p.rounding.rate) = (0.0, 0.0);
@@ -355,7 +416,10 @@ impl BodyState {
     pub(crate) fn stop_before_end(&mut self, i: usize, side: usize, limit: f64) {
         let inward = if side == 0 { self.slip(i) } else { -self.slip(i) };
         let p = &self.points[i];
-        if !(inward > 0.0 && inward <= limit && p.friction > 0.0 && p.radius == 0.0) {
+        // A moving surface carries the point on.
+        if p.surface_speed != 0.0
+            || !(inward > 0.0 && inward <= limit && p.friction > 0.0 && p.radius == 0.0)
+        {
             return;
         }
         let (v, omega) = (self.center.v, self.spin.omega);

@@ -70,7 +70,7 @@ impl SideContact {
             distance: -turned_left(along).dot(&ends[0]),
             ends: ends.map(|end| along.dot(&end)),
             concave: side.concave(),
-            coefficients: side.coefficients,
+            coefficients: posture.on_corner(corner, side),
         }
     }
 
@@ -80,6 +80,7 @@ impl SideContact {
             normal: Vector2::zeros(),
             tangent: Vector2::zeros(),
             friction: self.coefficients[0],
+            surface_speed: 0.0,
             restitution: [self.coefficients[1], self.coefficients[2]],
             b: 0.0,
             c: 0.0,

@@ -587,7 +587,9 @@ impl Step {
         let [t, n] = [p.tangent, p.normal].map(|axis| across.dot(&axis));
         let mut way = ZERO;
         match track.mode {
-            Mode::Fixed if track.stuck && track.radius == 0.0 => {}
+            Mode::Fixed if track.stuck && track.radius == 0.0 => {
+                way[1] = t * p.surface_speed * self.unit;
+            }
             _ if track.centered => {}
             Mode::Separate => {
                 let [b, c] = self.arm(i);
@@ -611,6 +613,7 @@ impl Step {
                     };
                     way[k] = t * speed / k as f64;
                 }
+                way[1] += t * p.surface_speed * self.unit;
                 if track.leaves_corner {
                     way[..3].fill(0.0);
                 }
@@ -812,6 +815,9 @@ impl Step {
                 (p.h, p.u) = (0.0, 0.0);
             } else if p.depth > 0.0 {
                 (p.depth, p.u) = ((-value(&track.h)).max(f64::MIN_POSITIVE), rate(&track.u));
+            } else if track.stuck && p.surface_speed != 0.0 {
+                let way = p.surface_speed * t * self.unit;
+                p.held = p.held.map(|[along, height]| [along + way, height]);
             } else if track.mode == Mode::Separate {
                 let terms = |series: &Series| {
                     series[..order].iter().rev().fold(0.0, |sum, c| sum * t + c.abs())
@@ -854,7 +860,9 @@ impl Step {
                 let p = &after.points[contact];
                 let axis = if tangential { p.tangent } else { p.normal };
                 let lever = lever(contact, tangential);
-                let mut off = axis.dot(&moved) + lever;
+                // A fixed contact moves with its ground.
+                let way = if tangential { p.surface_speed * t * self.unit } else { 0.0 };
+                let mut off = axis.dot(&moved) + lever - way;
                 if let Some(place) = p.held {
                     // Rounding errors add up over steps: a larger drift is corrected by the position itself.
                     let r = state.center.r + moved;
