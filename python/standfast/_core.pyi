@@ -730,7 +730,15 @@ class GroundMotion:
         times: Sequence[float] | npt.NDArray[np.float64],
         acceleration: npt.ArrayLike | None = None,
         tilt: Sequence[float] | npt.NDArray[np.float64] | None = None,
+        interpolation: Literal["steps", "linear"] = "steps",
     ) -> Self: ...
+    @staticmethod
+    def from_record(
+        record: str | PathLike[str] | tuple[npt.ArrayLike, npt.ArrayLike],
+        scale: float = 1.0,
+    ) -> GroundMotion: ...
+    @property
+    def interpolation(self) -> Literal["steps", "linear"]: ...
     @property
     def times(self) -> list[float]: ...
     @property

@@ -507,7 +507,10 @@ def draw_forces(axes: Axes, run: Run, times: _Floats, values: _Floats) -> None:
 
 def draw_ground_motion(axes: Axes, run: Run, motion: GroundMotion) -> None:
     """The acceleration or the tilt of the ground over time."""
-    times = np.array([start(run), *motion.times, max(run.time, motion.times[-1])])
+    times = [start(run), *motion.times, max(run.time, motion.times[-1])]
+    linear = motion.interpolation == "linear"
+    if linear:  # upright where the record begins with a jump
+        times.insert(1, motion.times[0])
     if motion.tilt is not None:
         values = {"tilt": np.array(motion.tilt)}
         axes.set_ylabel("ground / rad")
@@ -520,9 +523,10 @@ def draw_ground_motion(axes: Axes, run: Run, motion: GroundMotion) -> None:
     for (label, steps), color, style in zip(
         values.items(), COLORS, LINES, strict=False
     ):
-        level = np.array([0.0, *steps, steps[-1]])
+        level = [0.0, *([0.0] if linear else []), *steps, steps[-1]]
         look: dict[str, Any] = {"color": color, "ls": style, "lw": 1.6}
-        (entries[label],) = axes.step(times, level, where="post", **look)
+        look["drawstyle"] = "default" if linear else "steps-post"
+        (entries[label],) = axes.plot(times, level, **look)
     axes.set_xlim(axes.get_xlim())
     _legend(axes, entries, row=True)
     _bare(axes)

@@ -31,8 +31,8 @@ def read_record(
     separated by commas, semicolons or blanks; lines before the first number are skipped, and what follows a #. unit : of the accelerations in
     the file, "g" (9.80665 m/s²), "m/s^2" or "cm/s^2".
 
-    `GroundMotion(times, acceleration)` holds each sample until the next one, which moves the record by half an interval and is an error of
-    first order in it. Take the means of neighbours, and zero as the last, for one of second order:
+    `GroundMotion.from_record(path)` is the motion that is linear between these samples. With steps, `GroundMotion(times, acceleration)`, each
+    sample holds until the next one: that moves the record by half an interval, an error of first order in it.
 
     >>> import tempfile, numpy as np, standfast as sf
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -42,9 +42,8 @@ def read_record(
     ...     times, acceleration = sf.read_record(path)
     >>> acceleration.round(4).tolist()
     [0.0, 1.9613, 0.0]
-    >>> means = [*(acceleration[:-1] + acceleration[1:]) / 2, 0]
-    >>> sf.GroundMotion(times, means)
-    <GroundMotion: acceleration in 3 steps>
+    >>> sf.GroundMotion.from_record((times, acceleration), scale=1.5)
+    <GroundMotion: acceleration linear between 3 times>
 
     Raises OSError if the file cannot be read, ValueError with the file, the line and what was expected.
     """

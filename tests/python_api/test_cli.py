@@ -339,7 +339,7 @@ def test_a_long_wrong_word_is_shortened(tmp_path, capsys):
         ('model = "full"', "neighbourhood = 'x'", ["neighbourhood", "a number"]),
         ("[run]", "[[run]]", ["run"]),
         ('model = "full"', 'model = "ful"', ["ful", "auto", "local"]),
-        ("restitution = 0.1", "restitution = 1.0", ["restitution", "1", "< 1"]),
+        ("restitution = 0.1", "restitution = 1.5", ["restitution", "1.5", "<= 1"]),
         ("restitution = 0.1", "restitution = nan", ["restitution", "nan"]),
         ("gyration_radius = 0.2", "gyration_radius = 0.0", ["gyration_radius", "> 0"]),
         ("mass = 1.0", "mass = 0.0", ["mass", "> 0"]),

@@ -15,6 +15,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{self, Error, finite};
+use crate::serial::shown_as_written;
 
 /// An impulse on the body at an instant. A contact that it drives into the ground is hit at the same instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
@@ -42,8 +43,29 @@ pub struct Force {
     pub force: [f64; 2],
 }
 
-/// A motion of the ground by steps: `acceleration` or `tilt` has an entry for each of the `times`, which holds from there to the next one.
-/// Before the first time the ground is at rest and level.
+/// What the acceleration of the ground does from one time to the next.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Interpolation {
+    /// It keeps its value: the steps of a control, or of a record that is taken as it stands.
+    #[default]
+    Steps,
+    /// It changes at a constant rate, as a record of an earthquake is usually read.
+    Linear,
+}
+
+impl Interpolation {
+    #[allow(clippy::trivially_copy_pass_by_ref, reason = "serde passes references")]
+    fn is_steps(&self) -> bool {
+        *self == Self::Steps
+    }
+}
+
+shown_as_written!(Interpolation);
+
+/// A motion of the ground: `acceleration` or `tilt` has an entry for each of the `times`. With steps an entry holds from its time to the next one;
+/// a linear acceleration changes at a constant rate in between. Before the first time the ground is at rest and level; the last entry holds for
+/// ever.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct GroundMotion {
@@ -52,6 +74,13 @@ pub struct GroundMotion {
     /// Acceleration (x, y) of the ground, in m/s².
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub acceleration: Vec<[f64; 2]>,
+    /// What the acceleration does between the times.
+    #[serde(
+        default,
+        skip_serializing_if = "Interpolation::is_steps",
+        deserialize_with = "crate::serial::values::word"
+    )]
+    pub interpolation: Interpolation,
     /// Angle of the ground, counterclockwise, in rad. Steps of the angle are infinitely slow: only the direction of gravity changes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tilt: Vec<f64>,
@@ -77,8 +106,8 @@ pub struct Excitation {
 pub(crate) struct Change {
     /// Time since the start of the run, in s.
     pub(crate) elapsed: f64,
-    /// The new acceleration of free fall, if it changes.
-    pub(crate) fall: Option<Vector2<f64>>,
+    /// The new acceleration of free fall (m/s²) and its rate (m/s³), if they change.
+    pub(crate) fall: Option<[Vector2<f64>; 2]>,
     pub(crate) kicks: Vec<Kick>,
 }
 
@@ -128,6 +157,10 @@ impl GroundMotion {
                 return Err(unusable(field, value, &format!("{count} entries, as many as times")));
             }
         }
+        if self.interpolation == Interpolation::Linear && self.acceleration.is_empty() {
+            let allowed = "\"steps\" with a tilt: slow tilting is a sequence of small steps";
+            return Err(unusable("interpolation", "\"linear\"".into(), allowed));
+        }
         for (k, time) in self.times.iter().enumerate() {
             finite(format!("ground_motion.times.{}", k + 1), *time)?;
         }
@@ -152,7 +185,17 @@ impl GroundMotion {
         Ok(())
     }
 
-    /// The acceleration of free fall in the frame of the ground from time `k` on.
+    /// The acceleration of free fall in the frame of the ground from time `k` on, and its rate.
+    fn fall_from(&self, gravity: f64, k: usize) -> [Vector2<f64>; 2] {
+        let fall = self.fall(gravity, k);
+        let next = k + 1;
+        if self.interpolation == Interpolation::Steps || next >= self.times.len() {
+            return [fall, Vector2::zeros()];
+        }
+        [fall, (self.fall(gravity, next) - fall) / (self.times[next] - self.times[k])]
+    }
+
+    /// The acceleration of free fall in the frame of the ground at time `k`.
     fn fall(&self, gravity: f64, k: usize) -> Vector2<f64> {
         match self.tilt.get(k) {
             Some(tilt) => Vector2::new(-libm::sin(*tilt), -libm::cos(*tilt)) * gravity,
@@ -198,23 +241,31 @@ impl Excitation {
         for time in self.forces.iter().flat_map(|force| [force.start, force.end]) {
             error::gravity(
                 String::from("free fall with the forces"),
-                self.fall(time, mass, gravity).norm(),
+                self.fall(time, mass, gravity)[0].norm(),
             )?;
         }
         Ok(())
     }
 
-    /// The acceleration of free fall at this time on the clock (s), in the frame of the ground, in m/s². `mass`, `gravity`: of the posture, in kg
-    /// and m/s².
-    fn fall(&self, time: f64, mass: f64, gravity: f64) -> Vector2<f64> {
+    /// The acceleration of free fall at this time on the clock (s), in the frame of the ground, in m/s², and its rate from then on, in m/s³.
+    /// `mass`, `gravity`: of the posture, in kg and m/s².
+    fn fall(&self, time: f64, mass: f64, gravity: f64) -> [Vector2<f64>; 2] {
         let motion = self.ground_motion.as_ref();
         let begun = motion.map_or(0, |motion| motion.times.partition_point(|t| *t <= time));
-        let ground =
-            motion.zip(begun.checked_sub(1)).map(|(motion, last)| motion.fall(gravity, last));
+        let ground = motion.zip(begun.checked_sub(1)).map(|(motion, last)| {
+            let [fall, rate] = motion.fall_from(gravity, last);
+            [fall + rate * (time - motion.times[last]), rate]
+        });
+        let [fall, rate] = ground.unwrap_or([Vector2::new(0.0, -gravity), Vector2::zeros()]);
         let acting = self.forces.iter().filter(|force| force.start <= time && time < force.end);
-        acting.fold(ground.unwrap_or(Vector2::new(0.0, -gravity)), |fall, force| {
-            fall + Vector2::from(force.force) / mass
-        })
+        let pushed = acting.fold(fall, |fall, force| fall + Vector2::from(force.force) / mass);
+        [pushed, rate]
+    }
+
+    /// Whether the acceleration of the ground changes at a constant rate.
+    pub(crate) fn is_linear(&self) -> bool {
+        let motion = self.ground_motion.as_ref();
+        motion.is_some_and(|motion| motion.interpolation == Interpolation::Linear)
     }
 
     /// The forces at this time on the clock (s), and the force on the body that replaces the motion of the ground, in the frame of the ground:
@@ -232,7 +283,7 @@ impl Excitation {
     /// ```
     #[must_use]
     pub fn wrench(&self, time: f64, mass: f64, gravity: f64) -> [f64; 3] {
-        let force = mass * (self.fall(time, mass, gravity) - Vector2::new(0.0, -gravity));
+        let force = mass * (self.fall(time, mass, gravity)[0] - Vector2::new(0.0, -gravity));
         [force.x, force.y, 0.0]
     }
 

@@ -202,6 +202,16 @@ pub(crate) const QP_ACCURACIES: [f64; 2] = [1e-5, 1e-9];
 #[cfg(feature = "qp")]
 pub(crate) const FORCE_BALANCE: f64 = 1e-13;
 
+/// Change of the acceleration of free fall during a sum of impacts that counts as none. Unit: its rounding error. Range: 0.1 to 100.
+pub(crate) const STEADY_FALL: f64 = 1.0;
+
+/// How far ahead the load is taken where a body at rest begins to move under a load that changes: so that the words differ by more than ties do.
+/// Unit: the change of the load that equals gravity. Range: 1e-8 to 1e-4.
+pub(crate) const LOAD_AHEAD: f64 = 1e-6;
+
+/// Longest step under a load that changes, in units of time: the roots of cubics keep their digits. Range: 1 to 100.
+pub(crate) const LOADED_REACH: f64 = 4.0;
+
 /// Entry of a simplex tableau that counts as zero. The programmes have coefficients of order one. Range: 1e-14 to 1e-9.
 pub(crate) const SIMPLEX_ZERO: f64 = 1e-12;
 

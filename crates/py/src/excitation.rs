@@ -1,10 +1,11 @@
 //! Kick, Force and GroundMotion.
 
 use pyo3::prelude::*;
+use pyo3::types::PyTuple;
 use standfast::Error;
-use standfast::excitation::{Force, GroundMotion, Kick};
+use standfast::excitation::{Force, GroundMotion, Interpolation, Kick};
 
-use crate::convert::{float, pair_text};
+use crate::convert::{call, float, pair_text, word};
 use crate::error::to_py;
 use crate::input;
 
@@ -171,11 +172,12 @@ impl PyForce {
     }
 }
 
-/// A motion of the ground by steps. An entry of `acceleration` or `tilt` holds from its time to the next one; before the first time the
-/// ground is at rest and level. All positions and velocities of the run are relative to the ground.
+/// A motion of the ground. An entry of `acceleration` or `tilt` holds from its time to the next one; before the first time the ground is at rest
+/// and level, and the last entry holds for ever. All positions and velocities of the run are relative to the ground.
 ///
 /// times : (k,) s, increasing. acceleration : (k, 2) m/s², (x, y), or (k,), horizontal. tilt : (k,) rad, counterclockwise, instead of acceleration; the steps of
-/// the angle are so slow that only the direction of gravity changes.
+/// the angle are so slow that only the direction of gravity changes. interpolation : of the acceleration between the times, "steps" or "linear":
+/// at a constant rate from each entry to the next, as a record of an earthquake is usually read. Both are exact.
 ///
 /// >>> import standfast as sf
 /// >>> feet = [sf.Contact(point=(x, 0), friction=1) for x in (-1, 1)]
@@ -190,11 +192,12 @@ pub(crate) struct PyGroundMotion(pub(crate) GroundMotion);
 #[pymethods]
 impl PyGroundMotion {
     #[new]
-    #[pyo3(signature = (times, acceleration=None, tilt=None))]
+    #[pyo3(signature = (times, acceleration=None, tilt=None, interpolation="steps"))]
     fn new(
         #[pyo3(from_py_with = input::times)] times: Vec<f64>,
         #[pyo3(from_py_with = input::accelerations)] acceleration: Option<Vec<[f64; 2]>>,
         #[pyo3(from_py_with = input::tilt)] tilt: Option<Vec<f64>>,
+        #[pyo3(from_py_with = input::interpolation)] interpolation: &str,
     ) -> PyResult<Self> {
         let both_or_none = acceleration.is_some() == tilt.is_some();
         if both_or_none {
@@ -205,9 +208,56 @@ impl PyGroundMotion {
             }));
         }
         let (acceleration, tilt) = (acceleration.unwrap_or_default(), tilt.unwrap_or_default());
-        let motion = GroundMotion { times, acceleration, tilt };
+        let interpolation = call("interpolation", interpolation)?;
+        let motion = GroundMotion { times, acceleration, interpolation, tilt };
         motion.validate(0.0).map_err(|e| to_py(&e))?;
         Ok(Self(motion))
+    }
+
+    /// The motion of a record: linear between its samples, and at rest before the first and after the last one.
+    ///
+    /// record : path of a file that `read_record` reads, or (times, acceleration) in s and m/s². scale : factor on the acceleration.
+    ///
+    /// >>> import standfast as sf
+    /// >>> sf.GroundMotion.from_record(([0, 0.1, 0.2], [0, 2, 0]), scale=0.5).acceleration
+    /// [(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)]
+    ///
+    /// Raises OSError and ValueError as `read_record`.
+    #[staticmethod]
+    #[pyo3(signature = (record, scale=1.0))]
+    fn from_record(
+        record: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = input::scale)] scale: f64,
+    ) -> PyResult<Self> {
+        let pair = record.cast::<PyTuple>().cloned().or_else(|_| {
+            let read =
+                record.py().import("standfast.records")?.call_method1("read_record", (record,))?;
+            Ok::<_, PyErr>(read.cast_into::<PyTuple>()?)
+        })?;
+        let allowed = "a path, or a pair (times, acceleration)";
+        if pair.len() != 2 {
+            return Err(input::wrong_type("record", record, allowed));
+        }
+        let mut times = input::times(&pair.get_item(0)?)?;
+        let acceleration = input::accelerations(&pair.get_item(1)?)?.unwrap_or_default();
+        let mut acceleration: Vec<[f64; 2]> =
+            acceleration.into_iter().map(|pair| pair.map(|a| scale * a)).collect();
+        // The ground comes to rest where the record ends.
+        if let (&[.., before, last], Some(end)) = (&times[..], acceleration.last())
+            && *end != [0.0; 2]
+        {
+            times.push(last + (last - before));
+            acceleration.push([0.0; 2]);
+        }
+        let interpolation = Interpolation::Linear;
+        let motion = GroundMotion { times, acceleration, interpolation, tilt: Vec::new() };
+        motion.validate(0.0).map_err(|e| to_py(&e))?;
+        Ok(Self(motion))
+    }
+
+    #[getter]
+    fn interpolation(&self) -> String {
+        word(&self.0.interpolation)
     }
 
     #[getter]
@@ -228,17 +278,21 @@ impl PyGroundMotion {
 
     fn __repr__(&self) -> String {
         let what = if self.0.tilt.is_empty() { "acceleration" } else { "tilt" };
-        format!("<GroundMotion: {what} in {} steps>", self.0.times.len())
+        let count = self.0.times.len();
+        match self.0.interpolation {
+            Interpolation::Steps => format!("<GroundMotion: {what} in {count} steps>"),
+            Interpolation::Linear => format!("<GroundMotion: {what} linear between {count} times>"),
+        }
     }
 
     #[allow(clippy::type_complexity, reason = "the arguments of the constructor")]
     fn __reduce__(
         &self,
         py: Python<'_>,
-    ) -> (Py<PyAny>, (Vec<f64>, Option<Vec<(f64, f64)>>, Option<Vec<f64>>)) {
+    ) -> (Py<PyAny>, (Vec<f64>, Option<Vec<(f64, f64)>>, Option<Vec<f64>>, String)) {
         (
             py.get_type::<Self>().into_any().unbind(),
-            (self.times(), self.acceleration(), self.tilt()),
+            (self.times(), self.acceleration(), self.tilt(), self.interpolation()),
         )
     }
 }

@@ -261,7 +261,7 @@ macro_rules! arguments {
 arguments! {
     real -> f64: width, height, radius, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
     real -> f64: tangential_restitution, theta, omega, time, neighbourhood, energy, fps, speed, start, end, rtol;
-    real -> f64: inertia, torque, angle, surface_speed;
+    real -> f64: inertia, torque, angle, surface_speed, scale;
     per_piece -> Vec<Option<f64>>: terrain_friction, terrain_restitution, terrain_speed;
     optional -> Option<f64>: time_limit, center, at, duration, at_most;
     series -> Vec<f64>: normal, tangential, load;
@@ -270,7 +270,7 @@ arguments! {
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
     count -> usize: contact, event_limit, seed, scan;
-    word -> &'a str: base, kind, ground, model, impact, stop, edges, jams, method, level, clock;
+    word -> &'a str: base, kind, ground, interpolation, model, impact, stop, edges, jams, method, level, clock;
     some_word -> Option<&'a str>: simultaneous;
     flag -> bool: record, certify;
 }

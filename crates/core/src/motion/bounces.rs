@@ -448,7 +448,7 @@ impl Driver<'_> {
         let limit = sum.at(0.0).0;
         let duration = limit[0];
         // Looked at last: a change that comes after the limit does not decide at which impacts a sum is tried.
-        if !(duration > 0.0 && duration <= self.log.left()) {
+        if !(duration > 0.0 && duration <= self.log.left() && body.falls_steadily(duration)) {
             return Err(Retry::Later);
         }
         let end = bouncing.moved(&limit, 0.0);

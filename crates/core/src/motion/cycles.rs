@@ -186,7 +186,8 @@ impl NestedSequence {
         let alike = alone || unlike <= STILL * fastest;
         let repeats = alike && change <= f64::EPSILON * clock.hi;
         let reached = t <= REACHED * clock.hi;
-        if !(0.0 < ratio && ratio < 1.0 && t <= left) || !(repeats || reached) {
+        let steady = now.turning().is_none_or(|body| body.falls_steadily(t));
+        if !(0.0 < ratio && ratio < 1.0 && t <= left && steady) || !(repeats || reached) {
             return None;
         }
         let rest = ratio * ratio / (1.0 - ratio * ratio);
@@ -310,7 +311,16 @@ mod tests {
         let center = Center { r: Vector2::new(x, 0.0), v: Vector2::new(v, 0.0) };
         let (spin, rho2, gravity) = (Spin::default(), 0.25, 1.0);
         let fall = Vector2::new(0.0, -gravity);
-        BodyState { points, sides: Vec::new(), center, spin, rho2, fall, gravity }
+        BodyState {
+            points,
+            sides: Vec::new(),
+            center,
+            spin,
+            rho2,
+            fall,
+            gravity,
+            fall_rate: Vector2::zeros(),
+        }
     }
 
     /// Three landings, at these speeds and times. Cycle k begins at the speed v_∞ + d rᵏ along the ground and moves the body

@@ -471,12 +471,31 @@ impl<'a> Driver<'a> {
         if let Some(end) = self.fly_plainly() {
             return end;
         }
+        if let Moving::Turning(body) = &self.state
+            && body.fall_changes()
+        {
+            return self.fly_by_series();
+        }
         if let Some(mut ground) = self.on_ground() {
             return ground.next_event();
         }
         self.resting.fill(false);
         self.note_flight();
         self.next_touchdown()
+    }
+
+    /// Flight while the acceleration of free fall changes: the paths are no parabolas, and their Taylor series serve.
+    fn fly_by_series(&mut self) -> Option<Outcome> {
+        if let Some(mut ground) = self.on_ground() {
+            ground.leave_vertices();
+        }
+        self.resting.fill(false);
+        let body = BodyState::clone(self.state.turning()?);
+        let mut none = ContactValues::from_elem(false, body.points.len());
+        match self.phase_of_body(body, self.sliding_tolerance(), &mut none, false) {
+            DriverStep::End(outcome) => Some(outcome),
+            DriverStep::Piece | DriverStep::Flight => None,
+        }
     }
 
     /// Continues from these points with zero gap and rate. `fresh`: at the start of the run.
@@ -726,6 +745,9 @@ impl<'a> Driver<'a> {
             *resting = *mode != Mode::Separate;
         }
         match end {
+            PhaseEnd::Landing(_) if word.iter().all(|mode| *mode == Mode::Separate) => {
+                DriverStep::Piece
+            }
             PhaseEnd::Landing(i) => self.round(i),
             PhaseEnd::Stands => DriverStep::End(self.stand(word.into())),
             PhaseEnd::Free => DriverStep::Flight,

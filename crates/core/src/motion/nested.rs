@@ -101,7 +101,7 @@ impl Driver<'_> {
         let doubt = doubt(0.0, &places, places.map(sum), NEXT_TERM);
         // A rounding error of R changes what a cycle takes off by 1/(1 − r) times as much.
         let rounding = BOUNCE_CHANGE * f64::EPSILON * (now + t / least);
-        if !(t > 0.0 && t <= self.log.left() && doubt <= rounding) {
+        if !(t > 0.0 && t <= self.log.left() && body.falls_steadily(t) && doubt <= rounding) {
             return None;
         }
         let along = one.tangent * one.tangent.dot(&body.center.v);

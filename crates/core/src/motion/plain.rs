@@ -24,8 +24,8 @@ impl Driver<'_> {
     /// The constants of the fast loops of a body that turns, if these are exact.
     fn pair(&self) -> Option<PairBody> {
         let pair = self.record.subject.pair().filter(|_| self.plain)?;
-        let fall = self.state.turning()?.fall;
-        (fall == Vector2::new(0.0, -pair.gravity)).then_some(*pair)
+        let body = self.state.turning()?;
+        (!body.fall_changes() && body.fall == Vector2::new(0.0, -pair.gravity)).then_some(*pair)
     }
 
     /// The couplings of one or two contacts, and the gravity into them, in this geometry.

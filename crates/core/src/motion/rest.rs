@@ -119,7 +119,9 @@ impl Driver<'_> {
     pub(super) fn stands(&mut self) -> Option<ContactLetters<Mode>> {
         let tolerance = self.sliding_tolerance();
         let (word, dropped) = match &self.state {
-            Moving::Turning(body) if self.plain => body.stands(tolerance, self.place)?,
+            Moving::Turning(body) if self.plain && !body.fall_changes() => {
+                body.stands(tolerance, self.place)?
+            }
             Moving::Turning(_) => return None,
             Moving::Frozen(rows) => (rows.stands(tolerance)?, 0.0),
         };

@@ -58,9 +58,9 @@ impl Driver<'_> {
     /// Applies the changes at this time in the order: acceleration of the ground, which changes no velocity; impacts; kicks. An outcome: the
     /// run ends here.
     fn change(&mut self, change: &Change) -> Option<Outcome> {
-        if let Some(fall) = change.fall {
+        if let Some([fall, rate]) = change.fall {
             match &mut self.state {
-                Moving::Turning(body) => body.set_fall(fall),
+                Moving::Turning(body) => body.set_fall(fall, rate),
                 Moving::Frozen(rows) => rows.set_fall(fall),
             }
         }

@@ -246,7 +246,8 @@ impl<'a> Reader<'a> {
                     subject.per_contact(|i| state.points[i]).map(|p| (p.h, p.u)).unzip();
                 let mut body = Start::body_state(posture, &at, &gaps, &rates);
                 let mut pull = state.space().pull().iter();
-                body.set_fall(nalgebra::Vector2::from_fn(|_, _| pull.next().unwrap_or(0.0)));
+                let fall = nalgebra::Vector2::from_fn(|_, _| pull.next().unwrap_or(0.0));
+                body.set_fall(fall, nalgebra::Vector2::zeros());
                 (body, modes)
             }
         };
@@ -343,7 +344,8 @@ const KEPT: usize = 8;
 impl<'a> Held<'a> {
     fn new(start: &'a BodyState, modes: &'a [Mode]) -> Self {
         let mut held = Self { start, modes, kind: Kind::Flight, series: Vec::new() };
-        if modes.iter().all(|&mode| mode == Mode::Separate) {
+        let loaded = start.fall_changes();
+        if modes.iter().all(|&mode| mode == Mode::Separate) && !loaded {
             return held;
         }
         held.kind = Kind::Fixed;
@@ -351,8 +353,8 @@ impl<'a> Held<'a> {
             let still = start.center.v == nalgebra::Vector2::zeros() && start.spin.omega == 0.0;
             let [ax, ay, turn] = held.series[0].1.acceleration();
             let most = ax.abs().max(ay.abs()).max(start.rho2.sqrt() * turn.abs());
-            held.kind =
-                if still && most <= STILL * start.gravity { Kind::Still } else { Kind::Moving };
+            let still = still && !loaded && most <= STILL * start.gravity;
+            held.kind = if still { Kind::Still } else { Kind::Moving };
         }
         held
     }
@@ -378,7 +380,11 @@ impl<'a> Held<'a> {
     fn at(&mut self, dt: f64) -> BodyState {
         match self.kind {
             Kind::Flight => return self.start.flown(dt),
-            Kind::Fixed | Kind::Still => return self.start.clone(),
+            Kind::Fixed | Kind::Still => {
+                let mut body = self.start.clone();
+                body.pass(dt);
+                return body;
+            }
             Kind::Moving => {}
         }
         let (mut left, mut k, mut own) = (dt, 0, None);

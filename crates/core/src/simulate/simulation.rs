@@ -92,6 +92,13 @@ impl<'a> Simulation<'a> {
                 allowed: "\"full\" or \"auto\" with a terrain, a segment or a surface_speed: the local model has straight lines at rest without ends".into(),
             });
         }
+        if options.model == Model::Local && excitation.is_linear() {
+            return Err(Error::Unusable {
+                field: "model".into(),
+                value: "\"local\"".into(),
+                allowed: "\"full\" or \"auto\" with a linear ground_motion".into(),
+            });
+        }
         start.validate()?;
         if options.edges == Edges::Contact {
             posture.check_sides(&start.q)?;

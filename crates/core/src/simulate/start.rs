@@ -173,6 +173,7 @@ impl Start {
             rho2: posture.gyration_squared(),
             fall: Vector2::new(0.0, -posture.fields().gravity),
             gravity: posture.fields().gravity,
+            fall_rate: Vector2::zeros(),
         };
         for i in 0..start.points.len() {
             if start.points[i].h > 0.0 {

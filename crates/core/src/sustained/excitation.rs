@@ -8,12 +8,34 @@ use crate::excitation::Kick;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::sustained::BodyState;
 use crate::sustained::frozen::Frozen;
-use crate::tolerance::KICK_ROUNDINGS;
+use crate::tolerance::{KICK_ROUNDINGS, LOADED_REACH, STEADY_FALL};
 
 impl BodyState {
-    /// Sets the acceleration of free fall.
-    pub(crate) fn set_fall(&mut self, fall: Vector2<f64>) {
-        (self.fall, self.gravity) = (fall, fall.norm());
+    /// Sets the acceleration of free fall, in m/s², and its rate, in m/s³.
+    pub(crate) fn set_fall(&mut self, fall: Vector2<f64>, rate: Vector2<f64>) {
+        (self.fall, self.gravity, self.fall_rate) = (fall, fall.norm(), rate);
+    }
+
+    /// Whether the acceleration of free fall changes.
+    pub(crate) fn fall_changes(&self) -> bool {
+        self.fall_rate != Vector2::zeros()
+    }
+
+    /// The acceleration of free fall after this time (s).
+    pub(crate) fn pass(&mut self, time: f64) {
+        if self.fall_changes() {
+            self.set_fall(self.fall + self.fall_rate * time, self.fall_rate);
+        }
+    }
+
+    /// The reach of a step, in units of time.
+    pub(crate) fn within_load(&self, reach: f64) -> f64 {
+        if self.fall_changes() { reach.min(LOADED_REACH) } else { reach }
+    }
+
+    /// Whether the acceleration of free fall is constant for this time (s), within its rounding error.
+    pub(crate) fn falls_steadily(&self, time: f64) -> bool {
+        self.fall_rate.norm() * time <= STEADY_FALL * f64::EPSILON * self.gravity
     }
 
     /// q̇⁺ = q̇ + M⁻¹(J, a × J). `arm`: of its point in the nominal posture; `mass`: in kg.

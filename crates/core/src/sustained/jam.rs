@@ -71,22 +71,45 @@ impl BodyState {
         let (rho, v) = (self.rho2.sqrt(), self.center.v - ground);
         let motion = Vector3::new(v.x, v.y, rho * self.spin.omega);
         let speed = motion.norm();
-        let edges: Vec<(usize, [f64; 2], Vector3<f64>)> = closed
+        let edges = self.edges_of_cones(closed);
+        let row = |k: usize| (edges.iter().map(|(.., u)| u[k]).collect(), -motion[k] / speed);
+        let parts = maximise(&[row(0), row(1), row(2)], &vec![-1.0; edges.len()])?;
+        Some(by_contact(edges, &parts, speed))
+    }
+
+    /// The edges of the friction cones of these points: the point, the force (tangential, normal), and its action in coordinates (x, y, ρθ).
+    fn edges_of_cones(&self, closed: &[usize]) -> Vec<(usize, [f64; 2], Vector3<f64>)> {
+        let rho = self.rho2.sqrt();
+        closed
             .iter()
             .flat_map(|&i| [1.0, -1.0].map(|side| (i, [side * self.points[i].friction, 1.0])))
             .map(|(i, [f_t, f_n])| {
                 let p = &self.points[i];
                 let force = p.tangent * f_t + p.normal * f_n;
-                (
-                    i,
-                    [f_t, f_n],
-                    Vector3::new(force.x, force.y, (p.b * f_n - p.touching_c() * f_t) / rho),
-                )
+                let turn = (p.b * f_n - p.touching_c() * f_t) / rho;
+                (i, [f_t, f_n], Vector3::new(force.x, force.y, turn))
             })
-            .collect();
-        let row = |k: usize| (edges.iter().map(|(.., u)| u[k]).collect(), -motion[k] / speed);
-        let parts = maximise(&[row(0), row(1), row(2)], &vec![-1.0; edges.len()])?;
-        Some(by_contact(edges, &parts, speed))
+            .collect()
+    }
+
+    /// How long these points hold the body at rest while the acceleration a of free fall changes at its rate ȧ: the longest time t, in s, at most
+    /// `left`, for which a + ȧ t is balanced by forces in the friction cones. The loads that can be balanced are convex, so that all earlier
+    /// ones are, too.
+    pub(crate) fn holds_for(&self, closed: &[usize], left: f64) -> f64 {
+        let edges = self.edges_of_cones(closed);
+        // The unknowns: parts of the edges, in units of gravity, and the time and the rest of `left`, in units of `left`.
+        let unit = self.gravity;
+        let (load, rate) = (self.fall / unit, self.fall_rate * (left / unit));
+        let row = |k: usize, load: f64, rate: f64| {
+            let parts = edges.iter().map(|(.., u)| u[k]);
+            (parts.chain([rate, 0.0]).collect::<Vec<f64>>(), -load)
+        };
+        let mut end = vec![0.0; edges.len()];
+        end.extend([1.0, 1.0]);
+        let rows = [row(0, load.x, rate.x), row(1, load.y, rate.y), row(2, 0.0, 0.0), (end, 1.0)];
+        let mut objective = vec![0.0; edges.len() + 2];
+        objective[edges.len()] = 1.0;
+        maximise(&rows, &objective).map_or(0.0, |found| found[edges.len()].clamp(0.0, 1.0) * left)
     }
 
     /// Applies the impulse of a jam up to the first slide that it stops; returns this contact. `None`, without a change, if

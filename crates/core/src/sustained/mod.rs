@@ -136,15 +136,17 @@ pub(crate) struct BodyState {
     /// Acceleration of free fall in the frame of the ground, in m/s², and its size.
     pub(crate) fall: Vector2<f64>,
     pub(crate) gravity: f64,
+    /// Rate of the acceleration of free fall, in m/s³: zero, unless the acceleration of the ground is linear in time.
+    pub(crate) fall_rate: Vector2<f64>,
 }
 
 /// Written by hand: the derived `clone` copies the points one by one.
 impl Clone for BodyState {
     fn clone(&self) -> Self {
-        let Self { center, spin, rho2, fall, gravity, .. } = *self;
+        let Self { center, spin, rho2, fall, gravity, fall_rate, .. } = *self;
         let points = PerContact::from_slice(&self.points);
         let sides = self.sides.clone();
-        Self { points, sides, center, spin, rho2, fall, gravity }
+        Self { points, sides, center, spin, rho2, fall, gravity, fall_rate }
     }
 }
 

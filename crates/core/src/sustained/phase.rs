@@ -20,7 +20,7 @@ use crate::sustained::endless::{ClosedMotion, Swing};
 use crate::sustained::next_order::{Onward, Search};
 use crate::sustained::{BodyState, ContactState, ORDERS, Step, StepEnd};
 use crate::tolerance::{
-    BODY_STOPPED, DEPARTED, GRAZE_OF_SIZE, GRAZE_OF_WAY, SLOWER_SLIDE, STILL, TOUCH,
+    BODY_STOPPED, DEPARTED, GRAZE_OF_SIZE, GRAZE_OF_WAY, LOAD_AHEAD, SLOWER_SLIDE, STILL, TOUCH,
 };
 use nalgebra::{Vector2, Vector3};
 
@@ -210,6 +210,8 @@ enum StretchEnd {
     /// The sliding speed of this contact has decreased to zero. With the direction in which it slid.
     Stop(usize, Mode),
     Slip(usize, Mode),
+    /// The contacts no longer hold the body at rest under a load that changes.
+    Yields,
 }
 
 impl<'a> ContactPhase<'a> {
@@ -283,6 +285,34 @@ impl<'a> ContactPhase<'a> {
         v.x.abs().max(v.y.abs()).max(self.size * self.body.spin.omega.abs())
     }
 
+    /// A flight under a load that changes, up to a landing or another end.
+    pub(crate) fn fly(
+        &mut self,
+        log: &mut Log<'_>,
+        edges: &mut EdgeWatch,
+        note: &mut Note<'_>,
+    ) -> PhaseEnd {
+        let count = self.body.points.len();
+        self.word = ContactLetters::from_elem(Mode::Separate, count);
+        self.ways = ContactLetters::from_elem(None, count);
+        let none = ContactLetters::<bool>::from_elem(false, count);
+        let fall = self.body.fall;
+        match self.hold([fall.x, fall.y, 0.0], None, [&none, &none], log, edges, note) {
+            StretchEnd::End(end) => end,
+            _ => PhaseEnd::Free,
+        }
+    }
+
+    /// The word in which a body at rest begins to move under a load that changes: that of the load a moment later.
+    fn choose_ahead(&mut self) -> Result<Onward, Outcome> {
+        let (fall, rate) = (self.body.fall, self.body.fall_rate);
+        let ahead = LOAD_AHEAD * self.body.gravity / rate.norm();
+        self.body.set_fall(fall + rate * ahead, rate);
+        let chosen = self.choose();
+        self.body.set_fall(fall, rate);
+        chosen
+    }
+
     /// Simulates word after word until the phase ends. `note` is called at the start of every step.
     pub(crate) fn run(
         &mut self,
@@ -290,10 +320,17 @@ impl<'a> ContactPhase<'a> {
         edges: &mut EdgeWatch,
         note: &mut Note<'_>,
     ) -> PhaseEnd {
+        if self.ways.iter().all(Option::is_none) {
+            return self.fly(log, edges, note);
+        }
         let mut last = None;
         let mut swings: Vec<Swing> = Vec::new();
         loop {
-            let Onward { word, changed, acceleration } = match self.choose() {
+            let chosen = match last {
+                Some(StretchEnd::Yields) => self.choose_ahead(),
+                _ => self.choose(),
+            };
+            let Onward { word, changed, acceleration } = match chosen {
                 Ok(chosen) => chosen,
                 Err(outcome) => return PhaseEnd::Outcome(outcome),
             };
@@ -349,6 +386,9 @@ impl<'a> ContactPhase<'a> {
                         self.ways.iter_mut().for_each(|way| *way = way.map(|_| 0));
                     }
                 }
+                StretchEnd::Yields => {
+                    self.ways.iter_mut().for_each(|way| *way = way.map(|_| 0));
+                }
                 StretchEnd::Slip(i, mode) => {
                     // In a vertex the contact slides up one piece and leaves the other.
                     if let Some(j) = self.body.twin(i) {
@@ -362,7 +402,7 @@ impl<'a> ContactPhase<'a> {
                 StretchEnd::LiftOff(i) => Some(Cause::LiftOff(contact(i))),
                 StretchEnd::Stop(i, _) => Some(Cause::Stop(contact(i))),
                 StretchEnd::Slip(i, _) => Some(Cause::Slip(contact(i))),
-                StretchEnd::End(_) => self.cause,
+                StretchEnd::End(_) | StretchEnd::Yields => self.cause,
             };
             last = Some(next);
         }
@@ -486,6 +526,15 @@ impl<'a> ContactPhase<'a> {
                         step.lifts_off(j);
                     }
                 }
+                Some(StretchEnd::Yields) => {
+                    for (i, mode) in self.word.iter().enumerate() {
+                        match mode {
+                            Mode::Separate if body.points[i].h == 0.0 => step.lifts_off(i),
+                            Mode::Right | Mode::Left if !step.breaks_loose(i) => return None,
+                            _ => {}
+                        }
+                    }
+                }
                 _ => {}
             }
             // The bits of an event do not depend on the end of the run, or of its stage.
@@ -528,7 +577,9 @@ impl<'a> ContactPhase<'a> {
     ) -> StretchEnd {
         let outcome = |outcome| StretchEnd::End(PhaseEnd::Outcome(outcome));
         // If the rows leave no motion, the velocity over the ground is rounding error.
-        let rests = self.body.is_fixed(&self.word) || !self.moves(acceleration);
+        let fixed = self.body.is_fixed(&self.word);
+        let loaded = self.body.fall_changes();
+        let rests = fixed || !loaded && !self.moves(acceleration);
         let rides = rests && self.body.rides(&self.word);
         let rests = rests && !rides;
         let body = &mut self.body;
@@ -559,6 +610,18 @@ impl<'a> ContactPhase<'a> {
             log.enter(&self.word);
             // A further step of the same stretch has no cause.
             note(&self.body, &self.word, log.clock, self.cause.filter(|_| fresh));
+            if rests && loaded {
+                let left = log.left().max(0.0);
+                let closed: ContactValues<usize> =
+                    (0..self.word.len()).filter(|&i| self.word[i] != Mode::Separate).collect();
+                let time = self.body.holds_for(&closed, left);
+                self.body.pass(time);
+                log.clock = log.clock.after(time);
+                if time >= left {
+                    return outcome(Outcome::TimeLimit);
+                }
+                return if log.step() { StretchEnd::Yields } else { outcome(Outcome::EventLimit) };
+            }
             if rests {
                 if self.options.stop != Stop::Time {
                     return outcome(Outcome::Rest);

@@ -326,6 +326,7 @@ mod tests {
             spin: Spin { theta, omega: random.between(-9.0, 9.0) },
             rho2: 0.09,
             fall: Vector2::new(0.0, -9.81),
+            fall_rate: Vector2::zeros(),
             gravity: 9.81,
         };
         let mut point = on.point(&state, 1.0);

@@ -436,7 +436,9 @@ impl Step {
         order: usize,
         unit: f64,
     ) -> Option<Box<Self>> {
-        let pull = state.fall * unit * unit;
+        // Its coefficients 0 and 1.
+        let pull = [state.fall * unit * unit, state.fall_rate * unit * unit * unit];
+        let pull = |k: usize| pull.get(k).copied().unwrap_or_default();
         let mut tracks: Vec<Track> =
             (0..state.points.len()).map(|i| Track::new(state, modes, i, unit)).collect();
         if !state.sides.is_empty() {
@@ -474,12 +476,12 @@ impl Step {
                 right[m] = dot(forces.centripetal[m], curved)
                     - dot(forces.lever[m], turned)
                     - forces.levers[m] * twisted;
-                if k == 0 {
-                    right[m] -= forces.row[m].dot(&pull);
+                if k < 2 {
+                    right[m] -= forces.row[m].dot(&pull(k));
                 }
             }
             let solved = first.solve(&right)?;
-            let mut push = if k == 0 { pull } else { Vector2::zeros() };
+            let mut push = pull(k);
             let mut rolling = 0.0; // moment of the forces with their constant arms
             for (l, &u) in forces.unknowns.iter().enumerate() {
                 let (force, arm) = (solved[l], forces.arm[l]);
@@ -524,7 +526,7 @@ impl Step {
                 track.advance(p, &push, turn, a, k);
             }
         }
-        let reach = reach(&tracks, &rotation, &omega, order);
+        let reach = state.within_load(reach(&tracks, &rotation, &omega, order));
         let (determinant, side) = forces.determinant(&rotation, state.rho2, order);
         Some(Box::new(Self {
             theta,
@@ -794,6 +796,7 @@ impl Step {
         let mut after = state.clone();
         after.spin = Spin { theta: value(&self.theta), omega: rate(&self.omega) };
         after.center.v = Vector2::new(rate(&self.v[0]), rate(&self.v[1]));
+        after.pass(t * self.unit);
         // e − (1, 0), without its first term either.
         let turned = self.rotation[1..order]
             .iter()
@@ -941,6 +944,7 @@ mod tests {
             spin: Spin { theta, omega: 0.0 },
             rho2: 0.16,
             fall: Vector2::new(0.0, -9.81),
+            fall_rate: Vector2::zeros(),
             gravity: 9.81,
         }
     }

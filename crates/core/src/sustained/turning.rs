@@ -259,7 +259,7 @@ impl Step {
         mut tracks: Vec<Track>,
     ) -> Option<Box<Self>> {
         let (points, rho2) = (&state.points, state.rho2);
-        let fall = state.fall * (unit * unit);
+        let fall = [state.fall * (unit * unit), state.fall_rate * (unit * unit * unit)];
         let mut frames: Vec<Frame> = (0..points.len())
             .map(|i| Frame::new(&points[i], state.side_contact(i).is_some()))
             .collect();
@@ -287,7 +287,7 @@ impl Step {
                 })
                 .collect();
             // a_k and α_k without f_k.
-            let mut push = if k == 0 { fall } else { Vector2::zeros() };
+            let mut push = fall.get(k).copied().unwrap_or_default();
             let mut turn = 0.0;
             for ((direction, arm), force) in directions.iter().zip(&solved) {
                 push.x += rest(&direction[0], force, k);
@@ -343,7 +343,7 @@ impl Step {
                 frame.advance(track, p, &body, rotation[k + 1], k);
             }
         }
-        let reach = reach(&tracks, &frames, &omega, order);
+        let reach = state.within_load(reach(&tracks, &frames, &omega, order));
         let (determinant, side) = determinant_of(&forces, &frames, rho2, order);
         let turning = frames
             .into_iter()
