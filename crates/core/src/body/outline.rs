@@ -266,6 +266,7 @@ mod tests {
             restitution: 0.0,
             gravity: 9.81,
             terrain: Vec::new(),
+            surfaces: Vec::new(),
             ground: GroundKind::Own,
             outline,
         };

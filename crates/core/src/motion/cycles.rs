@@ -295,6 +295,7 @@ mod tests {
                 normal,
                 tangent,
                 friction,
+                surface_speed: 0.0,
                 restitution,
                 b,
                 c,

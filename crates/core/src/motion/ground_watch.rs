@@ -204,6 +204,7 @@ mod tests {
             restitution: 0.0,
             gravity: 9.81,
             terrain: vec![[-9.0, -9.0], [0.0, 0.0], [9.0, -9.0]],
+            surfaces: Vec::new(),
             ground: GroundKind::Own,
             outline,
         })

@@ -303,6 +303,7 @@ mod tests {
             restitution: 0.5,
             gravity: 9.81,
             terrain: vec![[-9.0, -9.0], [0.0, 0.0], [9.0, -9.0]],
+            surfaces: Vec::new(),
             ground: GroundKind::Own,
             outline: outline.to_vec(),
         })

@@ -924,6 +924,7 @@ mod tests {
             normal: Vector2::new(0.0, 1.0),
             tangent: Vector2::new(1.0, 0.0),
             friction,
+            surface_speed: 0.0,
             restitution: [0.0; 2],
             b: x * cos + 0.75 * sin,
             c: x * sin - 0.75 * cos,
