@@ -629,7 +629,7 @@ fn wrong_input_names_the_field() {
         message(&|f| f.links.iter_mut().for_each(|link| link.mass = 0.0)),
         "links = [no link with mass]",
     );
-    starts(message(&|f| f.restitution = 1.0), "restitution = 1.0 is outside");
+    starts(message(&|f| f.restitution = 1.5), "restitution = 1.5 is outside");
     starts(message(&|f| f.gravity = -9.81), "gravity = -9.81 is outside");
     let pin = |f: &mut ChainFields, joint: Joint| {
         f.base = Base::Pinned;

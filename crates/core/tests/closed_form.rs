@@ -876,7 +876,7 @@ fn wrong_numbers_are_refused_by_name() {
     assert!(
         Posture::rod(
             0.5,
-            &Lamina { gyration_radius: Some(0.2), restitution: 1.0, ..Lamina::default() }
+            &Lamina { gyration_radius: Some(0.2), restitution: 1.5, ..Lamina::default() }
         )
         .is_err()
             && Posture::rod(

@@ -142,21 +142,16 @@ impl Trajectory {
     /// takes no time of the film.
     ///
     /// ```
-    /// use standfast::body::GroundKind;
     /// use standfast::simulate::FilmClock;
     /// use standfast::{Contact, Options, Posture, PostureFields, State, simulate};
     ///
     /// // A ball falls from 5 m for 1 s. With restitution 1/2 its bounces last 1 s, 1/2 s, ..., up to the Zeno point at 3 s.
     /// let ball = Posture::new(PostureFields {
-    ///     mass: 1.0,
     ///     gyration_radius: 0.4,
-    ///     center_of_mass: [0.0, 0.0],
     ///     contacts: vec![Contact::at(0.0, 0.0)],
     ///     restitution: 0.5,
     ///     gravity: 10.0,
-    ///     terrain: vec![],
-    ///     ground: GroundKind::Own,
-    ///     outline: vec![],
+    ///     ..PostureFields::default()
     /// })?;
     /// let run = simulate(&ball, &State::at_rest([0.0, 5.0, 0.0]), &Options::default())?;
     /// let decades = |t| run.film_time(t, FilmClock::Zeno);
