@@ -336,8 +336,10 @@ def test_entries_are_those_of_samples():
         sides = whole.contacts[count:]
         assert not told or sides, (posture, q, qdot)
         if told and run.time == whole.time:
-            first = min(told.values())
-            assert sides[0].corner in told
+            hits = whole.impacts[whole.impacts["contact"] > count]["time"]
+            first = min([*told.values(), *hits])
+            # A side that comes to lie flat touches several corners at one instant, and not all of them would enter it later.
+            assert {side.corner for side in sides} & set(told)
             before = run.impacts[run.impacts["time"] < first - 1e-9]
             same = whole.impacts[whole.impacts["time"] < first - 1e-9]
             assert np.array_equal(before["time"], same["time"])
