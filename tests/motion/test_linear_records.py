@@ -171,6 +171,30 @@ def test_a_block_slides_once_friction_is_exceeded():
     assert run.time > 4
 
 
+@pytest.mark.parametrize(
+    ("ground", "words", "start"),
+    [
+        ([(0, 0), (0, 4)], ["FF"], 0),
+        ([(0, 0), (0, -4)], ["SS"], 0),
+        ([(0, 1), (0, -3)], ["FF", "SS"], 0.25),
+        ([(0, 4), (4, 4)], ["FF", "LL"], 0.5),
+    ],
+)
+def test_without_gravity_the_ground_alone_presses(ground, words, start):
+    """Weightless: the floor holds the body while it accelerates upwards, and slides away where friction is exceeded."""
+    feet = [sf.Contact((x, 0), friction=0.5) for x in (-1, 1)]
+    body = sf.Posture(1.0, 0.5, (0, 0.1), feet, 0.0, gravity=0.0)
+    motion = sf.GroundMotion([0, 1], ground, interpolation="linear")
+    run = sf.simulate(body, ground_motion=motion, time_limit=0.9)
+    phases = [phase for phase in run.phases if phase.end > phase.start]
+    assert [phase.mode for phase in phases] == words
+    assert abs(phases[-1].start - start) < 1e-14
+    # The way of the ground in the last phase, relative to which the body stays or slides with half of the press.
+    if words[-1] == "SS":
+        left = 0.9 - start
+        np.testing.assert_allclose(run.q, [0, 4 * left**3 / 6, 0], rtol=1e-13)
+
+
 def test_bounces_end_while_the_ground_accelerates():
     """Bounces are summed once the change of the load until their end is below rounding."""
     ball = sf.Posture(1.0, 1.0, (0, 0), [sf.Contact((0, 0))], 0.5, gravity=G)

@@ -206,7 +206,7 @@ pub(crate) const FORCE_BALANCE: f64 = 1e-13;
 pub(crate) const STEADY_FALL: f64 = 1.0;
 
 /// How far ahead the load is taken where a body at rest begins to move under a load that changes: so that the words differ by more than ties do.
-/// Unit: the change of the load that equals gravity. Range: 1e-8 to 1e-4.
+/// Unit: the time in which the load changes by itself. Range: 1e-8 to 1e-4.
 pub(crate) const LOAD_AHEAD: f64 = 1e-6;
 
 /// Longest step under a load that changes, in units of time: the roots of cubics keep their digits. Range: 1 to 100.

@@ -97,8 +97,8 @@ impl BodyState {
     /// ones are, too.
     pub(crate) fn holds_for(&self, closed: &[usize], left: f64) -> f64 {
         let edges = self.edges_of_cones(closed);
-        // The unknowns: parts of the edges, in units of gravity, and the time and the rest of `left`, in units of `left`.
-        let unit = self.gravity;
+        // The unknowns: parts of the edges, in units of the largest load, and the time and the rest of `left`, in units of `left`.
+        let unit = self.gravity.max(self.fall_rate.norm() * left);
         let (load, rate) = (self.fall / unit, self.fall_rate * (left / unit));
         let row = |k: usize, load: f64, rate: f64| {
             let parts = edges.iter().map(|(.., u)| u[k]);

@@ -306,7 +306,9 @@ impl<'a> ContactPhase<'a> {
     /// The word in which a body at rest begins to move under a load that changes: that of the load a moment later.
     fn choose_ahead(&mut self) -> Result<Onward, Outcome> {
         let (fall, rate) = (self.body.fall, self.body.fall_rate);
-        let ahead = LOAD_AHEAD * self.body.gravity / rate.norm();
+        // Beside a load that is zero now: that after the time in which its change moves the body by its size.
+        let grown = rate.norm() * libm::cbrt(self.size / rate.norm());
+        let ahead = LOAD_AHEAD * self.body.gravity.max(grown) / rate.norm();
         self.body.set_fall(fall + rate * ahead, rate);
         let chosen = self.choose();
         self.body.set_fall(fall, rate);
