@@ -148,6 +148,20 @@ def test_a_run_without_an_end_is_refused():
         sf.LocalModel((G, G), (0, 0), (0, 0), 1.0).simulate((0.1, 0.2), (0, 0))
 
 
+def test_an_elastic_piece_of_ground_needs_an_end_too():
+    """The error names the contact that may come to such a piece."""
+    feet = [sf.Contact((-3, 0), restitution=0.2), sf.Contact((-2, 0), restitution=0.2)]
+    terrain, shares = [(-5, 0), (0, 0), (5, 0)], [None, 1.0]
+    body = sf.Posture(
+        1.0, 0.4, (-2.5, 0.2), feet, 0.2, terrain=terrain, terrain_restitution=shares
+    )
+    with pytest.raises(
+        ValueError, match=r"restitution of contact 1 = 1\.0 is outside .* time_limit"
+    ):
+        sf.simulate(body, (0, 1, 0))
+    assert sf.simulate(body, (0, 1, 0), time_limit=5.0).outcome == "rest"
+
+
 def test_verdicts_and_certificates_need_losses():
     rod = sf.Posture.rod(0.5, friction=0.5, restitution=1.0)
     text = "restitution of contact 1 = 1.0 is outside its range: below 1"

@@ -7,8 +7,8 @@
 //! ground tilted by τ:              in its frame gravity is turned by −τ: g (−sin τ, −cos τ)
 //! ```
 //!
-//! Positions and velocities of such a run are relative to the ground. A is constant from one of the times to the next, so that the motion
-//! in between is computed like any other motion.
+//! Positions and velocities of such a run are relative to the ground. From one of the times to the next A is constant or
+//! changes at a constant rate.
 
 use nalgebra::Vector2;
 use schemars::JsonSchema;

@@ -63,7 +63,7 @@ pub struct Scene {
 struct File {
     /// Gravity g ≥ 0, downwards, in m/s².
     gravity: f64,
-    /// Coefficient of restitution e in [0, 1) of each contact without a coefficient in its table.
+    /// Coefficient of restitution e in [0, 1] of each contact without a coefficient in its table.
     restitution: f64,
     /// Vertices (x, y) of the terrain, with the ground on the right of the polyline, in m; without any each contact meets only its own line, of its slope through its point.
     #[serde(

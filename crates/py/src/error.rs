@@ -19,8 +19,21 @@ pub(crate) fn to_py(error: &Error) -> PyErr {
         Error::Io { path, cause } => {
             PyOSError::new_err((number(cause.kind()), cause.to_string(), path.clone()))
         }
-        _ => PyValueError::new_err(error.to_string()),
+        _ => PyValueError::new_err(in_words(error)),
     }
+}
+
+/// The message, which names a value of a piece of terrain as the arguments of a posture do: `terrain_friction.2` for `surfaces.2.friction`.
+/// Errors of scene files, which have `surfaces`, have their place around them.
+fn in_words(error: &Error) -> String {
+    let mut error = error.clone();
+    if let Error::OutOfRange { field, .. } | Error::Unusable { field, .. } = &mut error
+        && let Some((piece, name)) =
+            field.strip_prefix("surfaces.").and_then(|rest| rest.split_once('.'))
+    {
+        *field = format!("terrain_{name}.{piece}");
+    }
+    error.to_string()
 }
 
 /// The error number, the same on all systems (Python module `errno`).

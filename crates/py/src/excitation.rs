@@ -214,7 +214,8 @@ impl PyGroundMotion {
         Ok(Self(motion))
     }
 
-    /// The motion of a record: linear between its samples, and at rest before the first and after the last one.
+    /// The motion of a record: linear between its samples, and at rest before the first one. If the last acceleration is not zero, it becomes zero
+    /// within one more interval.
     ///
     /// record : path of a file that `read_record` reads, or (times, acceleration) in s and m/s². scale : factor on the acceleration.
     ///

@@ -155,7 +155,7 @@ pub struct Foot {
     /// Coefficient of friction μ, from 0 to 1e6, dimensionless.
     #[serde(default)]
     pub friction: f64,
-    /// Coefficient of restitution in [0, 1), dimensionless; `None` takes the chain's.
+    /// Coefficient of restitution in [0, 1], dimensionless; `None` takes the chain's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
     /// Tangential restitution in [0, 1), dimensionless. Only some impact laws use it.
@@ -189,7 +189,7 @@ pub struct ChainFields {
     /// Gravity g ≥ 0, in m/s², downwards.
     #[serde(default = "earth")]
     pub gravity: f64,
-    /// Coefficient of restitution e in [0, 1), dimensionless.
+    /// Coefficient of restitution e in [0, 1], dimensionless.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub restitution: f64,
 }

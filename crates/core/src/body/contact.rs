@@ -59,7 +59,7 @@ pub struct Contact {
     /// Coulomb friction coefficient μ, from 0 to 1e12, dimensionless.
     #[serde(default)]
     pub friction: f64,
-    /// Coefficient of restitution in [0, 1), dimensionless; `None` takes the posture's.
+    /// Coefficient of restitution in [0, 1], dimensionless; `None` takes the posture's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
     /// Tangential restitution in [0, 1), dimensionless. Only some impact laws use it.

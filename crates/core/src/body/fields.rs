@@ -19,7 +19,7 @@ pub struct PostureFields {
     pub center_of_mass: [f64; 2],
     /// The contacts, numbered from 1.
     pub contacts: Vec<Contact>,
-    /// Coefficient of restitution e in [0, 1), dimensionless.
+    /// Coefficient of restitution e in [0, 1], dimensionless.
     pub restitution: f64,
     /// Gravity g ≥ 0, downwards, in m/s².
     pub gravity: f64,
@@ -132,7 +132,7 @@ pub struct ContactRows {
     /// Coefficient of friction μ, from 0 to 1e6, dimensionless.
     #[serde(default)]
     pub friction: f64,
-    /// Coefficient of restitution in [0, 1), dimensionless; `None` takes the mechanism's.
+    /// Coefficient of restitution in [0, 1], dimensionless; `None` takes the mechanism's.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub restitution: Option<f64>,
     /// Tangential restitution in [0, 1), dimensionless. Only some impact laws use it.
@@ -152,7 +152,7 @@ pub struct MechanismFields {
     pub load: Vec<f64>,
     /// The contacts, numbered from 1. All of them touch at q = 0.
     pub contacts: Vec<ContactRows>,
-    /// Coefficient of restitution e in [0, 1), dimensionless.
+    /// Coefficient of restitution e in [0, 1], dimensionless.
     #[serde(default)]
     pub restitution: f64,
     /// Coordinates that do not move, counted from 0.

@@ -48,7 +48,7 @@ pub struct LocalModelFields {
     pub psi: [f64; 2],
     /// φ_i: coupling to the rotation, in 1/m.
     pub phi: [f64; 2],
-    /// e_i: restitution in [0, 1), dimensionless.
+    /// e_i: restitution in [0, 1], dimensionless.
     pub restitution: [f64; 2],
 }
 
@@ -92,7 +92,7 @@ impl LocalModel {
     /// # Errors
     ///
     /// [`Error::OutOfRange`] naming the parameter: gravity finite, ψ_1 and ψ_2 of one sign with
-    /// ψ_1ψ_2 ≤ 1 (the impact matrix is positive semidefinite), φ finite, restitution in [0, 1).
+    /// ψ_1ψ_2 ≤ 1 (the impact matrix is positive semidefinite), φ finite, restitution in [0, 1].
     pub fn new(fields: LocalModelFields) -> Result<Self, Error> {
         let LocalModelFields { gravity, psi, phi, restitution } = fields;
         for i in 0..2 {

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::contact::{Contact, PerContact};
 use crate::body::contact_space::ContactSpace;
-use crate::body::fields::{GroundKind, PostureFields, Surface};
+use crate::body::fields::{GroundKind, PostureFields};
 use crate::body::geometry::{ContactGeometry, couplings};
 use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::outline::{self, Outline};
@@ -317,26 +317,41 @@ impl Posture {
         (0..self.contacts().len()).all(|i| self.ground(i).is_none_or(is_line)) && !self.has_belts()
     }
 
-    /// The largest coefficient of friction of each contact, on any piece of its ground.
-    pub(crate) fn frictions(&self) -> impl ExactSizeIterator<Item = f64> + '_ {
-        let pieces = |i: usize| self.ground(i).map_or(&[][..], |ground| &ground.pieces);
-        self.contacts().iter().enumerate().map(move |(i, contact)| {
-            let of = |piece: &Piece| piece.surface.friction.unwrap_or(contact.friction);
-            pieces(i).iter().map(of).reduce(f64::max).unwrap_or(contact.friction)
+    /// The largest of the values of each contact: of its own, given its geometry, and of those on the pieces of its ground.
+    fn largest(
+        &self,
+        own: impl Fn(&ContactGeometry) -> f64,
+        on: impl Fn(usize, &Piece) -> f64,
+    ) -> impl ExactSizeIterator<Item = f64> {
+        self.geometry().iter().enumerate().map(move |(i, k)| {
+            let pieces = self.ground(i).map_or(&[][..], |ground| &ground.pieces);
+            pieces.iter().map(|piece| on(i, piece)).fold(own(k), f64::max)
         })
     }
 
-    /// Every coefficient of restitution of contacts on pieces of their ground.
-    pub(crate) fn restitutions(&self) -> impl Iterator<Item = f64> + '_ {
-        let surfaces = self.fields().surfaces.iter().filter_map(|surface| surface.restitution);
-        self.geometry().iter().map(|k| k.restitution).chain(surfaces)
+    /// The largest coefficient of friction of each contact, on any piece of its ground.
+    pub(crate) fn frictions(&self) -> impl ExactSizeIterator<Item = f64> {
+        self.largest(|k| k.friction, |i, piece| self.material_on(i, piece)[0])
     }
 
-    /// Whether a surface of the ground moves under contacts with friction.
+    /// The largest coefficient of restitution of each contact, on any piece of its ground.
+    pub(crate) fn restitutions(&self) -> impl ExactSizeIterator<Item = f64> {
+        self.largest(|k| k.restitution, |i, piece| self.material_on(i, piece)[1])
+    }
+
+    /// The first surface that moves: its name and its speed, in m/s.
+    fn first_belt(&self) -> Option<(String, f64)> {
+        let own = self.geometry().iter().map(|k| k.surface_speed).enumerate();
+        let own = own.map(|(i, speed)| (format!("contacts.{}.surface_speed", i + 1), speed));
+        let pieces = self.fields().surfaces.iter().map(|surface| surface.speed).enumerate();
+        let pieces = pieces.map(|(k, speed)| (format!("surfaces.{}.speed", k + 1), speed));
+        pieces.chain(own).find(|(_, speed)| *speed != 0.0)
+    }
+
+    /// Whether a surface of the ground moves.
     pub(crate) fn has_belts(&self) -> bool {
-        let moves = |surface: &Surface| surface.speed != 0.0;
         self.geometry().iter().any(|k| k.surface_speed != 0.0)
-            || self.fields().surfaces.iter().any(moves)
+            || self.fields().surfaces.iter().any(|surface| surface.speed != 0.0)
     }
 
     /// Whether the ground has no material of its own and is at rest.
@@ -350,15 +365,15 @@ impl Posture {
     ///
     /// [`Error::Unusable`] if a surface moves.
     pub(crate) fn at_its_place(&self) -> Result<Self, Error> {
-        if self.has_belts() {
+        if let Some((field, speed)) = self.first_belt() {
+            let allowed = "0 for statics, verdicts and mechanisms: on a surface that moves nothing is at rest";
             return Err(Error::Unusable {
-                field: "surface_speed".into(),
-                value: "not 0".into(),
-                allowed: "0 for statics and verdicts: on a moving surface nothing is at rest"
-                    .into(),
+                field,
+                value: format!("{speed:?}"),
+                allowed: allowed.into(),
             });
         }
-        if self.has_bare_ground() {
+        if self.fields().surfaces.is_empty() {
             return Ok(self.clone());
         }
         let of = |(k, contact): (&ContactGeometry, &Contact)| Contact {

@@ -148,10 +148,9 @@ impl Piece {
         }
     }
 
-    /// The part of this line between two of the vertices.
-    fn part(&self, vertices: &[[f64; 2]], part: &[usize]) -> Self {
-        let across = self.ends_across();
-        Self { ends: [part[0], part[1]].map(|k| End::new(vertices[k].into(), across)), ..*self }
+    /// The part of this line between two points on it.
+    fn part(&self, ends: [Vector2<f64>; 2]) -> Self {
+        Self { ends: ends.map(|end| End::new(end, self.ends_across())), ..*self }
     }
 
     /// Height of a point at `at` over the line, n·(at − origin), in m.
@@ -535,33 +534,33 @@ pub(crate) fn polyline(vertices: &[[f64; 2]], surfaces: &[Surface]) -> Result<Gr
     for (k, surface) in surfaces.iter().enumerate() {
         surface.validate(&format!("surfaces.{}.", k + 1))?;
     }
+    let surface = |k: usize| surfaces.get(k).copied().unwrap_or_default();
     let corners = corners(vertices);
-    let pieces: Vec<Piece> = corners
-        .windows(2)
-        .flat_map(|ends| {
-            let line = Piece::between(vertices[ends[0]], vertices[ends[1]]);
-            let surface = |k: usize| surfaces.get(k).copied().unwrap_or_default();
-            let changes = (ends[0] + 1..ends[1]).filter(|&k| surface(k) != surface(k - 1));
-            let joints: Vec<usize> =
-                std::iter::once(ends[0]).chain(changes).chain([ends[1]]).collect();
-            let parts: Vec<Piece> = joints
-                .windows(2)
-                .map(|part| Piece { surface: surface(part[0]), ..line.part(vertices, part) })
-                .collect();
-            parts
-        })
-        .collect();
-    let ground = Ground::new(pieces, true);
-    for k in 1..ground.pieces.len() {
-        let moves = ground.pieces[k - 1..=k].iter().any(|piece| piece.surface.speed != 0.0);
-        if moves && ground.turn(k) == Ordering::Greater {
-            let vertex = ground.pieces[k].ends[0].vertex;
-            let value = format!("a moving piece at the vertex ({:?}, {:?})", vertex.x, vertex.y);
-            let allowed = "at rest beside a concave vertex: give the contacts grounds of their own there, with a surface_speed";
-            return Err(unusable("surfaces".into(), value, allowed));
+    for &k in corners.iter().skip(1).take(corners.len() - 2) {
+        let [before, at, after] = [k - 1, k, k + 1].map(|k| Vector2::from(vertices[k]));
+        let moving = [k - 1, k].into_iter().find(|&piece| surface(piece).speed != 0.0);
+        if let Some(piece) = moving.filter(|_| area(&before, &at, &after) > 0.0) {
+            let allowed = format!(
+                "0 beside the concave vertex {}: give the contacts grounds of their own there, with a surface_speed",
+                k + 1
+            );
+            let value = format!("{:?}", surface(piece).speed);
+            return Err(unusable(format!("surfaces.{}.speed", piece + 1), value, &allowed));
         }
     }
-    Ok(ground)
+    let mut pieces = Vec::new();
+    for ends in corners.windows(2) {
+        let line = Piece::between(vertices[ends[0]], vertices[ends[1]]);
+        let mut from = ends[0];
+        for to in ends[0] + 1..=ends[1] {
+            if to == ends[1] || surface(to) != surface(from) {
+                let part = line.part([from, to].map(|k| vertices[k].into()));
+                pieces.push(Piece { surface: surface(from), ..part });
+                from = to;
+            }
+        }
+    }
+    Ok(Ground::new(pieces, true))
 }
 
 /// The numbers of the vertices of a polyline without those on straight lines. Such a vertex changes no geometry: the two parts of the straight
