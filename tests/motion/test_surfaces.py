@@ -165,6 +165,52 @@ def test_a_foot_on_the_floor_holds_the_other_on_a_belt():
     np.testing.assert_allclose(forces[0], [-0.2 * G, G], rtol=1e-14)
 
 
+def test_the_hold_on_the_floor_ends_under_a_growing_load():
+    """The same block while the ground accelerates as j t, to the right: the left foot slips where
+    a − μ₂ (g/2 − a h/w) = μ₁ (g/2 + a h/w)."""
+    jerk, lever = 5.0, 0.3
+    limit = (0.8 + 0.2) * G / 2 / (1 + (0.2 - 0.8) * lever)
+    feet = [sf.Contact((-0.5, 0), friction=0.8), sf.Contact((0.5, 0), friction=0.2)]
+    terrain = [(-50, 0), (0, 0), (50, 0)]
+    block = sf.Posture(
+        2.0,
+        0.4,
+        (0, lever),
+        feet,
+        0.0,
+        gravity=G,
+        terrain=terrain,
+        terrain_speed=[None, 1.5],
+    )
+    shake = sf.GroundMotion([0, 2], [0.0, 2 * jerk], interpolation="linear")
+    run = sf.simulate(block, ground_motion=shake, time_limit=limit / jerk + 0.1)
+    phases = [phase for phase in run.phases if phase.end > phase.start]
+    assert [phase.mode for phase in phases] == ["FL", "LL"]
+    assert abs(phases[1].start - limit / jerk) < 1e-14
+
+
+def test_a_block_that_rides_slips_where_one_at_rest_does():
+    """A record is a motion of the whole world: the belt carries the block as the floor does, until the same instant."""
+    shake = sf.GroundMotion([0, 2, 4], [0.0, 8.0, -8.0], interpolation="linear")
+    ends = []
+    for speed in (0.0, 1.5):
+        feet = [
+            sf.Contact((x, 0), friction=0.4, surface_speed=speed) for x in (-0.5, 0.5)
+        ]
+        block = sf.Posture(1.0, 0.3, (0, 0.1), feet, 0.2, gravity=G)
+        run = sf.simulate(
+            block, qdot=(speed, 0, 0), ground_motion=shake, time_limit=3.0
+        )
+        phases = [phase for phase in run.phases if phase.end > phase.start]
+        assert phases[0].mode == "FF"
+        assert abs(phases[1].start - 0.4 * G / 4) < 1e-14
+        np.testing.assert_allclose(
+            run.at(0.5)[0], [speed * 0.5, 0, 0], rtol=0, atol=1e-15
+        )
+        ends.append(run.q - [3 * speed, 0, 0])
+    np.testing.assert_allclose(ends[1], ends[0], rtol=0, atol=1e-12)
+
+
 def test_a_box_falls_from_the_end_of_a_belt():
     """It rides to the end of the belt, over the pulley, and tips over; before, each foot is where the belt has carried it."""
     belt = {"terrain": [(-3, 0), (0, 0), (0, -4)], "terrain_speed": [0.5, None]}
@@ -296,7 +342,9 @@ def test_verdicts_take_the_ground_and_refuse_belts():
         sf.Mechanism.of_posture,
         lambda body: sf.smallest_push(body),
     ):
-        with pytest.raises(ValueError, match="surface_speed = not 0 cannot be used"):
+        with pytest.raises(
+            ValueError, match=r"terrain_speed\.2 = 1\.0 cannot be used: 0 for statics"
+        ):
             question(belt)
     assert sf.equilibrium_region(belt) is None
     assert list(sf.contact_modes(belt).consistent) == [
@@ -311,16 +359,16 @@ def test_verdicts_take_the_ground_and_refuse_belts():
             {"terrain_friction": [0.5]},
             r"terrain_friction = \[1 entries\] .* one for each of the 2 pieces",
         ),
-        ({"terrain_friction": [0.5, -1]}, "surfaces.2.friction = -1.0 is outside"),
-        ({"terrain_restitution": [0.5, 2]}, "surfaces.2.restitution = 2.0 is outside"),
-        ({"terrain_speed": [math.inf, 0]}, "surfaces.1.speed = inf is outside"),
+        ({"terrain_friction": [0.5, -1]}, "terrain_friction.2 = -1.0 is outside"),
+        ({"terrain_restitution": [0.5, 2]}, "terrain_restitution.2 = 2.0 is outside"),
+        ({"terrain_speed": [math.inf, 0]}, "terrain_speed.1 = inf is outside"),
         (
             {"terrain": None, "terrain_speed": [1]},
             r"terrain_speed = \[1 entries\] .* None without a terrain",
         ),
         (
             {"terrain": [(-5, 1), (0, 0), (5, 0)], "terrain_speed": [0, 1]},
-            "moving piece at the vertex",
+            "terrain_speed.2 = 1.0 .* 0 beside the concave vertex 2",
         ),
     ],
 )

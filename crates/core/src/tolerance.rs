@@ -210,7 +210,7 @@ pub(crate) const STEADY_FALL: f64 = 1.0;
 pub(crate) const LOAD_AHEAD: f64 = 1e-6;
 
 /// Longest step under a load that changes, in units of time: the roots of cubics keep their digits. Range: 1 to 100.
-pub(crate) const LOADED_REACH: f64 = 4.0;
+pub(crate) const CHANGING_LOAD_REACH: f64 = 4.0;
 
 /// Entry of a simplex tableau that counts as zero. The programmes have coefficients of order one. Range: 1e-14 to 1e-9.
 pub(crate) const SIMPLEX_ZERO: f64 = 1e-12;

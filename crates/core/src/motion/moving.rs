@@ -158,7 +158,7 @@ impl Moving {
         }
     }
 
-    /// √(2T), per unit mass of a body, in m/s, in the frame of the ground under these points; ∞ if their grounds move apart.
+    /// √(2T), per unit mass of a body, in m/s, in the frame of the ground under these points; ∞ if their grounds do not move alike.
     pub(crate) fn total_speed(&self, points: &[usize]) -> f64 {
         match self {
             Self::Turning(body) => body.total_speed(points),

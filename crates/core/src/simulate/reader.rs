@@ -344,8 +344,8 @@ const KEPT: usize = 8;
 impl<'a> Held<'a> {
     fn new(start: &'a BodyState, modes: &'a [Mode]) -> Self {
         let mut held = Self { start, modes, kind: Kind::Flight, series: Vec::new() };
-        let loaded = start.fall_changes();
-        if modes.iter().all(|&mode| mode == Mode::Separate) && !loaded {
+        let changes = start.fall_changes();
+        if modes.iter().all(|&mode| mode == Mode::Separate) && !changes {
             return held;
         }
         held.kind = Kind::Fixed;
@@ -353,7 +353,7 @@ impl<'a> Held<'a> {
             let still = start.center.v == nalgebra::Vector2::zeros() && start.spin.omega == 0.0;
             let [ax, ay, turn] = held.series[0].1.acceleration();
             let most = ax.abs().max(ay.abs()).max(start.rho2.sqrt() * turn.abs());
-            let still = still && !loaded && most <= STILL * start.gravity;
+            let still = still && !changes && most <= STILL * start.gravity;
             held.kind = if still { Kind::Still } else { Kind::Moving };
         }
         held
@@ -382,7 +382,7 @@ impl<'a> Held<'a> {
             Kind::Flight => return self.start.flown(dt),
             Kind::Fixed | Kind::Still => {
                 let mut body = self.start.clone();
-                body.pass(dt);
+                body.advance_fall(dt);
                 return body;
             }
             Kind::Moving => {}

@@ -8,7 +8,7 @@ use crate::excitation::Kick;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::sustained::BodyState;
 use crate::sustained::frozen::Frozen;
-use crate::tolerance::{KICK_ROUNDINGS, LOADED_REACH, STEADY_FALL};
+use crate::tolerance::{CHANGING_LOAD_REACH, KICK_ROUNDINGS, STEADY_FALL};
 
 impl BodyState {
     /// Sets the acceleration of free fall, in m/s², and its rate, in m/s³.
@@ -21,16 +21,16 @@ impl BodyState {
         self.fall_rate != Vector2::zeros()
     }
 
-    /// The acceleration of free fall after this time (s).
-    pub(crate) fn pass(&mut self, time: f64) {
+    /// Advances the acceleration of free fall by this time (s).
+    pub(crate) fn advance_fall(&mut self, time: f64) {
         if self.fall_changes() {
             self.set_fall(self.fall + self.fall_rate * time, self.fall_rate);
         }
     }
 
-    /// The reach of a step, in units of time.
-    pub(crate) fn within_load(&self, reach: f64) -> f64 {
-        if self.fall_changes() { reach.min(LOADED_REACH) } else { reach }
+    /// `reach` of a step, in units of time, at most that of a step under a load that changes.
+    pub(crate) fn within_changing_load(&self, reach: f64) -> f64 {
+        if self.fall_changes() { reach.min(CHANGING_LOAD_REACH) } else { reach }
     }
 
     /// Whether the acceleration of free fall is constant for this time (s), within its rounding error.

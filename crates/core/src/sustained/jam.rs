@@ -9,6 +9,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
+use crate::body::contact::ContactValues;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::math::simplex::maximise;
 use crate::modes::Mode;
@@ -63,11 +64,8 @@ impl BodyState {
     /// Impulses (tangential, normal), per unit mass, in the friction cones of these points that bring the body to rest on their ground: those with the
     /// smallest sum of their parts along the edges of the cones. `None` if there are none.
     pub(crate) fn stopped_by(&self, closed: &[usize]) -> Option<Vec<(usize, [f64; 2])>> {
-        let ground = self.velocity_of_ground(|_, i| closed.contains(&i));
-        let moves = |&i: &usize| self.points[i].tangent * self.points[i].surface_speed != ground;
-        if closed.iter().any(moves) {
-            return None; // no velocity stops the slides over all of these surfaces
-        }
+        // No velocity stops the slides over surfaces that do not move alike.
+        let ground = self.velocity_of_ground(|_, i| closed.contains(&i))?;
         let (rho, v) = (self.rho2.sqrt(), self.center.v - ground);
         let motion = Vector3::new(v.x, v.y, rho * self.spin.omega);
         let speed = motion.norm();
@@ -92,11 +90,14 @@ impl BodyState {
             .collect()
     }
 
-    /// How long these points hold the body at rest while the acceleration a of free fall changes at its rate ȧ: the longest time t, in s, at most
-    /// `left`, for which a + ȧ t is balanced by forces in the friction cones. The loads that can be balanced are convex, so that all earlier
-    /// ones are, too.
-    pub(crate) fn holds_for(&self, closed: &[usize], left: f64) -> f64 {
-        let edges = self.edges_of_cones(closed);
+    /// How long the points closed in these modes hold the body at rest on its ground while the acceleration a of free fall changes at its rate ȧ:
+    /// the longest time t, in s, at most `left`, for which a + ȧ t is balanced by forces in the friction cones; at a contact that slides over a
+    /// surface, along the edge of its cone. The loads that can be balanced are convex, so that all earlier ones are, too.
+    pub(crate) fn holds_for(&self, modes: &[Mode], left: f64) -> f64 {
+        let closed: ContactValues<usize> =
+            (0..modes.len()).filter(|&i| modes[i] != Mode::Separate).collect();
+        let mut edges = self.edges_of_cones(&closed);
+        edges.retain(|(i, [f_t, _], _)| modes[*i].direction() * f_t <= 0.0);
         // The unknowns: parts of the edges, in units of the largest load, and the time and the rest of `left`, in units of `left`.
         let unit = self.gravity.max(self.fall_rate.norm() * left);
         let (load, rate) = (self.fall / unit, self.fall_rate * (left / unit));

@@ -163,23 +163,15 @@ impl BodyState {
         p.tangent.dot(&self.center.v) - p.c * self.spin.omega
     }
 
-    /// √(2T) for unit mass, in m/s, in the frame of the ground under these points; ∞ if their grounds move apart.
+    /// √(2T) for unit mass, in m/s, in the frame of the ground under these points; ∞ if their grounds do not move alike.
     pub(crate) fn total_speed(&self, points: &[usize]) -> f64 {
-        if points.iter().all(|&i| self.points[i].surface_speed == 0.0) {
-            return (2.0 * self.kinetic()).sqrt();
-        }
         let ground = self.velocity_of_ground(|_, i| points.contains(&i));
-        let moves = |&i: &usize| self.points[i].tangent * self.points[i].surface_speed != ground;
-        if points.iter().any(moves) {
-            return f64::INFINITY;
-        }
-        let center = Center { v: self.center.v - ground, ..self.center };
-        (2.0 * Self { center, ..self.clone() }.kinetic()).sqrt()
+        ground.map_or(f64::INFINITY, |ground| (2.0 * self.kinetic(self.center.v - ground)).sqrt())
     }
 
-    /// Kinetic energy per unit mass.
-    fn kinetic(&self) -> f64 {
-        0.5 * (self.center.v.norm_squared() + self.rho2 * self.spin.omega * self.spin.omega)
+    /// Kinetic energy per unit mass with this velocity of the centre of mass.
+    fn kinetic(&self, v: Vector2<f64>) -> f64 {
+        0.5 * (v.norm_squared() + self.rho2 * self.spin.omega * self.spin.omega)
     }
 
     /// The other point of a contact in a vertex of its terrain, if they are one point of the body: a disc touches the two pieces with two.

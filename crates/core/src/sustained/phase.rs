@@ -132,7 +132,8 @@ impl BodyState {
         let closed = modes.iter().filter(|&&mode| mode != Mode::Separate).count();
         if closed > 1 && slow {
             self.spin.omega = 0.0;
-            self.center.v = self.velocity_of_ground(|_, i| modes[i] != Mode::Separate);
+            let ground = self.velocity_of_ground(|_, i| modes[i] != Mode::Separate);
+            self.center.v = ground.unwrap_or_default();
         }
         closed > 1 && !slow
     }
@@ -281,7 +282,7 @@ impl<'a> ContactPhase<'a> {
     /// The largest of the speeds of the body over the ground of its closed contacts, in m/s.
     fn speed(&self) -> f64 {
         let ground = self.body.velocity_of_ground(|_, i| self.ways[i].is_some());
-        let v = self.body.center.v - ground;
+        let v = self.body.center.v - ground.unwrap_or_default();
         v.x.abs().max(v.y.abs()).max(self.size * self.body.spin.omega.abs())
     }
 
@@ -580,8 +581,8 @@ impl<'a> ContactPhase<'a> {
         let outcome = |outcome| StretchEnd::End(PhaseEnd::Outcome(outcome));
         // If the rows leave no motion, the velocity over the ground is rounding error.
         let fixed = self.body.is_fixed(&self.word);
-        let loaded = self.body.fall_changes();
-        let rests = fixed || !loaded && !self.moves(acceleration);
+        let changes = self.body.fall_changes();
+        let rests = fixed || !changes && !self.moves(acceleration);
         let rides = rests && self.body.rides(&self.word);
         let rests = rests && !rides;
         let body = &mut self.body;
@@ -612,35 +613,24 @@ impl<'a> ContactPhase<'a> {
             log.enter(&self.word);
             // A further step of the same stretch has no cause.
             note(&self.body, &self.word, log.clock, self.cause.filter(|_| fresh));
-            if rests && loaded {
+            if rests && !changes && self.options.stop != Stop::Time {
+                return outcome(Outcome::Rest);
+            }
+            if rests || rides_on {
                 let left = log.left().max(0.0);
-                let closed: ContactValues<usize> =
-                    (0..self.word.len()).filter(|&i| self.word[i] != Mode::Separate).collect();
-                let time = self.body.holds_for(&closed, left);
-                self.body.pass(time);
+                if left == f64::INFINITY {
+                    self.acceleration = Some([0.0; 3]);
+                    return outcome(Outcome::Sliding);
+                }
+                let time = if changes { self.body.holds_for(&self.word, left) } else { left };
+                let body = &mut self.body;
+                body.center.r += body.center.v * time;
+                body.advance_fall(time);
                 log.clock = log.clock.after(time);
                 if time >= left {
                     return outcome(Outcome::TimeLimit);
                 }
                 return if log.step() { StretchEnd::Yields } else { outcome(Outcome::EventLimit) };
-            }
-            if rests {
-                if self.options.stop != Stop::Time {
-                    return outcome(Outcome::Rest);
-                }
-                log.clock = log.clock.after(log.left().max(0.0));
-                return outcome(Outcome::TimeLimit);
-            }
-            if rides_on {
-                let left = log.left().max(0.0);
-                if left < f64::INFINITY {
-                    let body = &mut self.body;
-                    body.center.r += body.center.v * left;
-                    log.clock = log.clock.after(left);
-                    return outcome(Outcome::TimeLimit);
-                }
-                self.acceleration = Some([0.0; 3]);
-                return outcome(Outcome::Sliding);
             }
             let starts = std::mem::take(&mut fresh).then_some([starting, changed]);
             let found = self.next_step(acceleration, last.take(), starts, log.left());

@@ -296,19 +296,19 @@ impl BodyState {
         velocity
     }
 
-    /// The velocity of the ground under these points, if it is one; otherwise zero.
+    /// The velocity of the ground under these points, in m/s, zero if there are none; `None` if their grounds do not move alike.
     pub(crate) fn velocity_of_ground(
         &self,
         mut under: impl FnMut(&ContactState, usize) -> bool,
-    ) -> Vector2<f64> {
+    ) -> Option<Vector2<f64>> {
         let mut found = None;
         for (i, p) in self.points.iter().enumerate() {
             let v = p.tangent * p.surface_speed;
             if under(p, i) && *found.get_or_insert(v) != v {
-                return Vector2::zeros();
+                return None;
             }
         }
-        found.unwrap_or_default()
+        Some(found.unwrap_or_default())
     }
 
     /// Whether the ground of a contact that is fixed in these modes moves.
@@ -333,9 +333,9 @@ impl BodyState {
         self.points.iter().all(stays)
     }
 
-    /// Velocity of the centre of mass over the ground that the body touches, in m/s.
+    /// Velocity of the centre of mass over the ground that the body touches, in m/s; its own if it touches grounds that do not move alike.
     pub(crate) fn velocity_over_ground(&self) -> Vector2<f64> {
-        self.center.v - self.velocity_of_ground(|p, _| p.h == 0.0)
+        self.center.v - self.velocity_of_ground(|p, _| p.h == 0.0).unwrap_or_default()
     }
 
     /// Corrects the velocity of a body with these contacts closed: its rates along their normals are rounding error.
@@ -374,7 +374,7 @@ impl BodyState {
 
     /// Sets the velocity of a body over the ground that it touches to zero, where it is rounding error.
     pub(crate) fn stand(&mut self) {
-        self.center.v = self.velocity_of_ground(|p, _| p.h == 0.0);
+        self.center.v = self.velocity_of_ground(|p, _| p.h == 0.0).unwrap_or_default();
         self.spin.omega = 0.0;
         for p in &mut self.points {
             (p.u, p.rounding.rate) = (0.0, 0.0);

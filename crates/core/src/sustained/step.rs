@@ -526,7 +526,7 @@ impl Step {
                 track.advance(p, &push, turn, a, k);
             }
         }
-        let reach = state.within_load(reach(&tracks, &rotation, &omega, order));
+        let reach = state.within_changing_load(reach(&tracks, &rotation, &omega, order));
         let (determinant, side) = forces.determinant(&rotation, state.rho2, order);
         Some(Box::new(Self {
             theta,
@@ -796,7 +796,7 @@ impl Step {
         let mut after = state.clone();
         after.spin = Spin { theta: value(&self.theta), omega: rate(&self.omega) };
         after.center.v = Vector2::new(rate(&self.v[0]), rate(&self.v[1]));
-        after.pass(t * self.unit);
+        after.advance_fall(t * self.unit);
         // e − (1, 0), without its first term either.
         let turned = self.rotation[1..order]
             .iter()
@@ -879,7 +879,8 @@ impl Step {
                         Some(turning) => turning.side.drift(p, r, place[0])[at],
                         None => axis.dot(&r) + arm - place[at],
                     };
-                    let light = state.gravity * drift.abs() <= DRIFT_ENERGY * after.kinetic();
+                    let light =
+                        state.gravity * drift.abs() <= DRIFT_ENERGY * after.kinetic(after.center.v);
                     if drift.abs() > DRIFT * size && light {
                         off = drift;
                     }

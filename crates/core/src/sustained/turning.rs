@@ -343,7 +343,7 @@ impl Step {
                 frame.advance(track, p, &body, rotation[k + 1], k);
             }
         }
-        let reach = state.within_load(reach(&tracks, &frames, &omega, order));
+        let reach = state.within_changing_load(reach(&tracks, &frames, &omega, order));
         let (determinant, side) = determinant_of(&forces, &frames, rho2, order);
         let turning = frames
             .into_iter()
