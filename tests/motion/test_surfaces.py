@@ -187,6 +187,28 @@ def test_the_hold_on_the_floor_ends_under_a_growing_load():
     phases = [phase for phase in run.phases if phase.end > phase.start]
     assert [phase.mode for phase in phases] == ["FL", "LL"]
     assert abs(phases[1].start - limit / jerk) < 1e-14
+    # Both feet slide to the left over their grounds: x'' = −j (t − t*).
+    np.testing.assert_allclose(
+        run.q, [-jerk * 0.1**3 / 6, 0, 0], rtol=1e-11, atol=1e-14
+    )
+    # The ground goes back: the left foot stops and then slides to the right, while the right one slides to the left over its belt. As with steps.
+    times, values = np.array([0, 2, 2.3, 2.6, 3]), np.array([0.0, 8.0, 0.0, -6.0, 0.0])
+    fine = np.linspace(0, 3, 6401)
+    exact = np.interp(fine, times, values)
+    means = [*(exact[:-1] + exact[1:]) / 2, 0.0]
+    linear = sf.GroundMotion(times, values, interpolation="linear")
+    runs = [
+        sf.simulate(block, ground_motion=motion, time_limit=2.7)
+        for motion in (linear, sf.GroundMotion(fine, means))
+    ]
+    for found in runs:
+        words = [phase.mode for phase in found.phases if phase.end > phase.start]
+        assert [word for k, word in enumerate(words) if word not in words[:k]] == [
+            "FL",
+            "LL",
+            "RL",
+        ]
+    np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-6)
 
 
 def test_a_block_that_rides_slips_where_one_at_rest_does():

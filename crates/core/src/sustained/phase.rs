@@ -264,7 +264,8 @@ impl<'a> ContactPhase<'a> {
         let limit = closed().map(tolerance).fold(0.0, f64::max);
         // At an end of terrain each counts by itself: its own speed decides whether it comes to rest in the vertex.
         let endless = self.body.points.iter().all(|p| p.place.sides == [f64::INFINITY; 2]);
-        let together = endless && self.body.leaves_one_motion(rests);
+        let alike = self.body.velocity_of_ground(|_, i| rests[i]).is_some();
+        let together = endless && alike && self.body.leaves_one_motion(rests);
         let none = |i: usize| match together {
             true if fastest > limit => slips[i].abs() <= SLOWER_SLIDE * fastest,
             true => true,
@@ -382,7 +383,10 @@ impl<'a> ContactPhase<'a> {
                     }
                 }
                 StretchEnd::Stop(i, _) => {
-                    let slow = self.speed() <= self.sliding_tolerance * BODY_STOPPED;
+                    // Over grounds that do not move alike not all slides end at once.
+                    let closed = |_: &ContactState, i: usize| self.word[i] != Mode::Separate;
+                    let slow = self.speed() <= self.sliding_tolerance * BODY_STOPPED
+                        && self.body.velocity_of_ground(closed).is_some();
                     if self.body.stop(&self.word, slow) {
                         self.ways[i] = Some(0);
                     } else {
@@ -390,7 +394,10 @@ impl<'a> ContactPhase<'a> {
                     }
                 }
                 StretchEnd::Yields => {
-                    self.ways.iter_mut().for_each(|way| *way = way.map(|_| 0));
+                    for (i, way) in self.ways.iter_mut().enumerate() {
+                        // A contact that does not rub on its ground begins anew.
+                        *way = way.map(|way| if self.body.slip(i) == 0.0 { 0 } else { way });
+                    }
                 }
                 StretchEnd::Slip(i, mode) => {
                     // In a vertex the contact slides up one piece and leaves the other.
@@ -530,11 +537,13 @@ impl<'a> ContactPhase<'a> {
                     }
                 }
                 Some(StretchEnd::Yields) => {
+                    let begins = |i: usize| starts.is_some_and(|[starting, _]| starting[i]);
                     for (i, mode) in self.word.iter().enumerate() {
                         match mode {
                             Mode::Separate if body.points[i].h == 0.0 => step.lifts_off(i),
-                            Mode::Right | Mode::Left if !step.breaks_loose(i) => return None,
-                            _ => {}
+                            _ if !begins(i) => {}
+                            _ if step.breaks_loose(i) => {}
+                            _ => return None,
                         }
                     }
                 }

@@ -296,7 +296,8 @@ impl BodyState {
         velocity
     }
 
-    /// The velocity of the ground under these points, in m/s, zero if there are none; `None` if their grounds do not move alike.
+    /// The velocity of the ground under those of these points that have friction, in m/s, zero if there are none; `None` if their grounds do not
+    /// move alike.
     pub(crate) fn velocity_of_ground(
         &self,
         mut under: impl FnMut(&ContactState, usize) -> bool,
@@ -304,7 +305,7 @@ impl BodyState {
         let mut found = None;
         for (i, p) in self.points.iter().enumerate() {
             let v = p.tangent * p.surface_speed;
-            if under(p, i) && *found.get_or_insert(v) != v {
+            if under(p, i) && p.friction > 0.0 && *found.get_or_insert(v) != v {
                 return None;
             }
         }
