@@ -112,8 +112,8 @@ long-stability:
 		STANDFAST_JAMS_KICKS=200 STANDFAST_FLIGHTS=200 STANDFAST_PUSHED=200 $(LONG) tests/stability
 long-sides:
 	STANDFAST_SIDE_THROWS=9000 STANDFAST_SIDE_STEPPED=200 STANDFAST_EDGE_THROWS=40000 STANDFAST_FLUSH_SLIDES=10000 \
-		STANDFAST_DISCS=20000 $(LONG) tests/motion/test_sides_on_corners.py tests/motion/test_ends_of_sides.py \
-		tests/motion/test_discs_on_terrain.py
+		STANDFAST_DISCS=20000 STANDFAST_CORNER_THROWS=5000 $(LONG) tests/motion/test_sides_on_corners.py tests/motion/test_ends_of_sides.py \
+		tests/motion/test_discs_on_terrain.py tests/motion/test_discs_on_corners.py
 long-films:
 	STANDFAST_FILMS=20 $(LONG) tests/python_api/test_animation.py
 

@@ -339,6 +339,14 @@ pub(crate) const PLACE: f64 = 64.0 * f64::EPSILON;
 /// the coordinates of both and the radius. Reason: the rounding errors of cos, sin and of four products and sums. Range: 4 to 64.
 pub(crate) const DISC_CENTER: f64 = 8.0;
 
+/// Length below which a part of the ground of the centre of a disc, between two others, is left out. Unit: the radius, or 1 rad of an arc. Reason:
+/// rounding errors of its two ends. Range: 1e-15 to 1e-11.
+pub(crate) const SHORT_PART: f64 = 1e-13;
+
+/// Distance below which the ends of two parts of the ground of the centre of a disc are one joint. Unit: the radius and the coordinates of the
+/// joint. Reason: where two arcs nearly touch each other, their joint is known up to the square root of a rounding error. Range: 1e-10 to 1e-6.
+pub(crate) const SAME_JOINT: f64 = 1e-8;
+
 /// Distance of a contact in its nominal position from a vertex that counts as zero. Unit: sum of the absolute coordinates of the contact.
 /// Coordinates are given with a rounding error of a few ε. Range: 2 ε to 16 ε.
 pub(crate) const SAME_VERTEX: f64 = 8.0 * f64::EPSILON;

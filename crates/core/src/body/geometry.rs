@@ -19,6 +19,8 @@ pub(crate) struct ContactGeometry {
     pub(crate) c: f64,
     /// Radius of the disc, in m; 0 for a point.
     pub(crate) radius: f64,
+    /// The corner of the ground that a disc is over, world axes, in m. The other constants then hold at one place of the disc.
+    pub(crate) corner: Option<Vector2<f64>>,
     /// Gap in the nominal posture, in m. The offset is zero unless the terrain has several pieces.
     pub(crate) offset: f64,
     /// g_i = g n_i·e_y, in m/s².
@@ -60,6 +62,7 @@ impl ContactGeometry {
         b: 0.0,
         c: 0.0,
         radius: 0.0,
+        corner: None,
         offset: 0.0,
         gravity: 0.0,
         restitution: 0.0,

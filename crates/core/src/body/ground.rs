@@ -52,7 +52,7 @@ impl Posture {
         let (near, exists) = ground.nearest(piece);
         let mut place = ground.place(i, piece, at);
         place.sides = place.sides.map(|side| side.max(0.0));
-        Under { place, geometry: self.on_piece(i, near), exists }
+        Under { place, geometry: self.on_piece(i, near, at), exists }
     }
 
     /// Rounding error of the distance of a contact at `q` from a vertex, in m.
@@ -130,7 +130,7 @@ impl Posture {
     pub(crate) fn signed_gap(&self, i: usize, q: &Vector3<f64>, gap: f64) -> f64 {
         let Some(ground) = self.ground(i).filter(|ground| ground.is_polyline) else { return gap };
         let at = self.position(i, q);
-        let depth = ground.depth(&at).max(ground.reach(&at));
+        let depth = ground.depth(&at);
         let touch = self.touch(i);
         if gap < -touch || depth > touch.max(self.place_rounding(i, q)) { -depth } else { gap }
     }
@@ -140,28 +140,38 @@ impl Posture {
     pub(crate) fn touched(&self, i: usize, q: &Vector3<f64>) -> SmallVec<[ContactGeometry; 2]> {
         let Under { place, geometry, exists } = self.under(i, q);
         let mut all = SmallVec::from_slice(&[geometry]);
-        for (side, to) in [(0, -1), (1, 1)] {
+        let at = self.position(i, q);
+        for side in 0..2 {
             let near = exists && place.sides[side] <= TOUCH * self.size();
-            if let Some(piece) = self.piece(i, place.piece + to).filter(|_| near)
-                && geometry.tangent.perp(&piece.tangent) * to as f64 > 0.0
+            if let Some((piece, bend)) = self.beyond(&place, side, &at).filter(|_| near)
+                && bend > 0.0
             {
-                all.push(self.on_piece(i, piece));
+                all.push(self.on_piece(i, piece, &at));
             }
         }
         all
     }
 
+    /// The piece beyond the start (0) or the end (1) of the piece of a place, and the sine of the angle by which it rises from there; 0 where
+    /// the two have one normal. `at`: a point near their joint.
+    pub(crate) fn beyond(
+        &self,
+        place: &Place,
+        side: usize,
+        at: &Vector2<f64>,
+    ) -> Option<(&Piece, f64)> {
+        let (to, sign) = if side == 0 { (-1, -1.0) } else { (1, 1.0) };
+        let [here, next] = [0, to].map(|to| self.piece(place.contact, place.piece + to));
+        let (here, next) = (here?, next?);
+        let start = usize::try_from(place.piece.max(place.piece + to)).ok()?;
+        let smooth = self.ground(place.contact)?.is_smooth(start);
+        let bend = here.axes(at)[0].perp(&next.axes(at)[0]) * sign;
+        Some((next, if smooth { 0.0 } else { bend }))
+    }
+
     /// Piece `k` of the terrain of a contact.
     pub(crate) fn piece(&self, contact: usize, k: isize) -> Option<&Piece> {
         self.ground(contact)?.pieces.get(usize::try_from(k).ok()?)
-    }
-
-    /// Constants of a contact on the piece of terrain nearest to it.
-    pub(crate) fn on_nearest(&self, place: &Place) -> ContactGeometry {
-        let Some(ground) = self.ground(place.contact) else {
-            return self.geometry()[place.contact];
-        };
-        self.on_piece(place.contact, ground.nearest(place.piece).0)
     }
 
     /// Height of the lowest vertex of the terrain; −∞ if a piece has no end.
@@ -171,6 +181,7 @@ impl Posture {
             ground.map_or(f64::NEG_INFINITY, |ground| {
                 let low =
                     |end: End| if end.is_endless() { f64::NEG_INFINITY } else { end.vertex.y };
+                let ground = ground.low.as_deref().unwrap_or(ground);
                 ground.pieces.iter().flat_map(|k| k.ends.map(low)).fold(f64::INFINITY, f64::min)
             })
         };
@@ -187,25 +198,39 @@ impl Posture {
         [friction, surface.restitution.unwrap_or(own), speed]
     }
 
-    /// Constants of contact `i` on a piece of terrain.
-    pub(crate) fn on_piece(&self, i: usize, piece: &Piece) -> ContactGeometry {
+    /// Contact `i` with the arm of its centre along these axes, tangent and normal.
+    pub(crate) fn along_axes(
+        &self,
+        i: usize,
+        [tangent, normal]: [Vector2<f64>; 2],
+    ) -> ContactGeometry {
+        let (b, c) = self.contacts()[i].arms(&self.center(), &tangent, &normal);
+        ContactGeometry { tangent, normal, b, c, ..self.geometry()[i] }
+    }
+
+    /// Constants of contact `i` on a piece of terrain. On an arc the axes are those at this place of its centre, and so are the gap and its rate.
+    pub(crate) fn on_piece(&self, i: usize, piece: &Piece, at: &Vector2<f64>) -> ContactGeometry {
         let contact = &self.contacts()[i];
         let [friction, restitution, surface_speed] = self.material_on(i, piece);
-        let center_of_mass = Vector2::from(self.fields().center_of_mass);
-        let (b, c) = contact.arms(&center_of_mass, &piece.tangent, &piece.normal);
-        let offset = piece.height(&contact.center());
+        let ContactGeometry { tangent, normal, b, c, .. } = self.along_axes(i, piece.axes(at));
+        let center = contact.center();
+        let offset = match piece.corner() {
+            Some(_) => piece.height(at) - normal.dot(&(at - center)),
+            None => piece.height(&center),
+        };
         ContactGeometry {
-            tangent: piece.tangent,
-            normal: piece.normal,
+            tangent,
+            normal,
             b,
             c,
             // Zero if it touches within its rounding error.
             offset: if offset.abs() <= self.touch(i) { 0.0 } else { offset },
-            gravity: self.fields().gravity * piece.normal.y,
+            gravity: self.fields().gravity * normal.y,
             restitution,
             friction,
             surface_speed,
             radius: contact.radius,
+            corner: piece.corner(),
         }
     }
 }

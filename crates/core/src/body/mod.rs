@@ -14,6 +14,7 @@ pub(crate) mod mechanism;
 pub(crate) mod outline;
 pub(crate) mod own_ground;
 pub(crate) mod posture;
+mod raised;
 mod shape;
 pub(crate) mod side;
 pub(crate) mod state;

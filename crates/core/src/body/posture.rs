@@ -134,6 +134,7 @@ fn constants(
         b,
         c,
         radius: contact.radius,
+        corner: None,
         offset: 0.0,
         gravity: fields.gravity * normal.y,
         restitution: contact.restitution.unwrap_or(fields.restitution),
@@ -216,6 +217,9 @@ impl Posture {
         }
         if !fields.terrain.is_empty() {
             let ground = terrain::polyline(&fields.terrain, &fields.surfaces)?;
+            if has_rounds {
+                grounds = terrain::raised(&ground, &fields.contacts)?;
+            }
             for (index, contact) in fields.contacts.iter_mut().enumerate() {
                 let at = format!("contacts.{}.", index + 1);
                 if contact.surface_speed != 0.0 {
@@ -225,11 +229,10 @@ impl Posture {
                         allowed: "0 on a terrain, whose pieces have speeds of their own".into(),
                     });
                 }
-                terrain::place_on(&ground, contact, &at)?;
+                let raised = grounds.get(index).unwrap_or(&ground);
+                terrain::place_on(&ground, raised, contact, &at)?;
             }
-            if has_rounds {
-                grounds = terrain::raised(&ground, &fields.contacts)?;
-            } else {
+            if !has_rounds {
                 grounds.push(ground);
             }
         }
@@ -385,6 +388,11 @@ impl Posture {
         };
         let contacts = self.geometry().iter().zip(self.contacts()).map(of).collect();
         Self::new(PostureFields { contacts, surfaces: Vec::new(), ..self.fields().clone() })
+    }
+
+    /// The centre of mass in the nominal posture, in m.
+    pub(crate) fn center(&self) -> Vector2<f64> {
+        self.fields().center_of_mass.into()
     }
 
     /// Returns true if a contact is a disc.
@@ -565,23 +573,26 @@ impl Posture {
         let at = self.position(i, &turned);
         let ground = self.ground(i);
         let pieces = ground.map_or(&[][..], |ground| &ground.pieces);
-        let over = pieces.iter().filter(move |piece| piece.is_at_x(at.x));
+        // The places on arcs over or under the centre.
+        let on_arcs = pieces.iter().filter_map(move |piece| piece.above(at.x)).flatten();
+        let on_arcs = on_arcs.map(move |y| Vector3::new(0.0, y - at.y, theta));
+        let straight = pieces.iter().filter(|piece| piece.corner().is_none());
+        let over = straight.filter(move |piece| piece.is_at_x(at.x));
         let line = ground.is_none().then(|| self.geometry()[i]);
         // The pieces of a polyline have ends, so that no displacement to them is large.
         let steepest = if pieces.len() > 1 { 0.0 } else { STEEPEST_REACHED };
-        line.into_iter().chain(over.map(move |piece| self.on_piece(i, piece))).filter_map(
-            move |k| {
-                let mut q = turned;
-                // A wall is touched where it is now, or at a vertex.
-                if !(k.normal.y.abs() > steepest) {
-                    return self.touches(i, &q).then_some(q);
-                }
-                for _ in 0..CORRECTIONS {
-                    q.y -= k.gap(&q, &turn) / k.normal.y;
-                }
-                Some(q)
-            },
-        )
+        let lines = line.into_iter().chain(over.map(move |piece| self.on_piece(i, piece, &at)));
+        on_arcs.chain(lines.filter_map(move |k| {
+            let mut q = turned;
+            // A wall is touched where it is now, or at a vertex.
+            if !(k.normal.y.abs() > steepest) {
+                return self.touches(i, &q).then_some(q);
+            }
+            for _ in 0..CORRECTIONS {
+                q.y -= k.gap(&q, &turn) / k.normal.y;
+            }
+            Some(q)
+        }))
     }
 
     /// Returns true if a contact is on its ground at `q`, within its rounding error.

@@ -45,6 +45,7 @@ impl Posture {
         let [from, to] = side.ends().map(|end| side.along().dot(&end));
         let [friction, restitution, _] = self.on_corner(corner, side);
         let geometry = ContactGeometry {
+            corner: None,
             tangent,
             normal,
             b,

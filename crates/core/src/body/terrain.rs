@@ -15,7 +15,8 @@
 //! decide this are exact.
 
 use std::cmp::Ordering;
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::Arc;
 
 use nalgebra::Vector2;
 
@@ -40,11 +41,29 @@ pub(crate) struct End {
     /// Unit normal of the separating line, towards the next piece.
     pub(crate) across: Vector2<f64>,
     /// across·vertex
-    at: f64,
+    pub(super) at: f64,
+}
+
+/// Unit normal of the bisector of two pieces with these tangents, along the ground. `turn`: −1 where the ground is convex, otherwise 1.
+pub(super) fn bisector(one: Vector2<f64>, two: Vector2<f64>, turn: f64) -> Vector2<f64> {
+    if one.dot(&two) > 0.0 {
+        return (one + two).normalize();
+    }
+    // At a sharp vertex the sum would consist of rounding errors. The difference is perpendicular to it.
+    let half = (one - two).normalize();
+    Vector2::new(-half.y, half.x) * turn
+}
+
+/// The slope of a tangent, −π < slope ≤ π, in rad.
+pub(super) fn slope_of(tangent: &Vector2<f64>) -> f64 {
+    let quarter = [(Vector2::x(), 0.0), (Vector2::y(), FRAC_PI_2), (-Vector2::y(), -FRAC_PI_2)];
+    let exact = quarter.into_iter().find_map(|(axis, angle)| (*tangent == axis).then_some(angle));
+    let slope = exact.unwrap_or_else(|| libm::atan2(tangent.y, tangent.x));
+    if slope == -PI { PI } else { slope }
 }
 
 impl End {
-    fn new(vertex: Vector2<f64>, across: Vector2<f64>) -> Self {
+    pub(super) fn new(vertex: Vector2<f64>, across: Vector2<f64>) -> Self {
         // A piece without an end has it at ±∞, where a product with zero would be undefined.
         let at = if across == Vector2::x() { vertex.x } else { across.dot(&vertex) };
         Self { vertex, across, at }
@@ -65,17 +84,20 @@ impl End {
     }
 }
 
-/// A straight piece of ground.
+/// A piece of ground: straight, or, for the centre of a disc, an arc about a corner.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Piece {
     /// Its start and its end.
     pub(crate) ends: [End; 2],
-    /// A point on it.
-    origin: Vector2<f64>,
+    /// A point on it; of an arc, its centre.
+    pub(super) origin: Vector2<f64>,
+    /// Its axes; of an arc, those in its middle.
     pub(crate) tangent: Vector2<f64>,
     pub(crate) normal: Vector2<f64>,
-    slope: f64,
+    pub(super) slope: f64,
     pub(crate) surface: Surface,
+    /// Of an arc, in m; 0: it is straight.
+    pub(super) radius: f64,
 }
 
 /// The adjacent pieces that a contact may touch.
@@ -88,6 +110,8 @@ pub(crate) struct Ground {
     pub(crate) is_polyline: bool,
     /// Height, in m, by which it is raised along its normals for the centre of a round contact; 0 for a point.
     pub(crate) raised: f64,
+    /// The polyline that was raised.
+    pub(crate) low: Option<Arc<Ground>>,
 }
 
 /// The position of a point relative to the pieces of its terrain.
@@ -126,7 +150,7 @@ impl Piece {
             }
         });
         let surface = Surface { speed: contact.surface_speed, ..Surface::default() };
-        Self { ends, origin, tangent, normal, slope: contact.slope, surface }
+        Self { ends, origin, tangent, normal, slope: contact.slope, surface, radius: 0.0 }
     }
 
     /// The piece from vertex `a` to vertex `b`.
@@ -145,6 +169,7 @@ impl Piece {
             normal: Vector2::new(-tangent.y, tangent.x),
             slope,
             surface: Surface::default(),
+            radius: 0.0,
         }
     }
 
@@ -153,9 +178,25 @@ impl Piece {
         Self { ends: ends.map(|end| End::new(end, self.ends_across())), ..*self }
     }
 
-    /// Height of a point at `at` over the line, n·(at − origin), in m.
+    /// The corner of the ground about which a disc turns on this piece, if it is an arc.
+    pub(crate) fn corner(&self) -> Option<Vector2<f64>> {
+        (self.radius > 0.0).then_some(self.origin)
+    }
+
+    /// Tangent and normal at the point that is nearest to this one.
+    pub(crate) fn axes(&self, at: &Vector2<f64>) -> [Vector2<f64>; 2] {
+        match self.corner().and_then(|corner| (at - corner).try_normalize(0.0)) {
+            Some(normal) => [Vector2::new(normal.y, -normal.x), normal],
+            None => [self.tangent, self.normal],
+        }
+    }
+
+    /// Height of a point at `at` over the line, n·(at − origin), or its distance from the arc, in m.
     pub(crate) fn height(&self, at: &Vector2<f64>) -> f64 {
-        self.normal.dot(&(at - self.origin))
+        match self.corner() {
+            Some(corner) => libm::hypot(at.x - corner.x, at.y - corner.y) - self.radius,
+            None => self.normal.dot(&(at - self.origin)),
+        }
     }
 
     /// Distances of a point from the separating lines at both ends, in m.
@@ -163,8 +204,11 @@ impl Piece {
         [self.ends[0].beyond(at), -self.ends[1].beyond(at)]
     }
 
-    /// Distances of a point along the piece from its two vertices, in m.
+    /// Distances of a point along the piece from its two vertices, in m; on an arc, from the rays to them.
     pub(crate) fn along(&self, at: &Vector2<f64>) -> [f64; 2] {
+        if self.radius > 0.0 {
+            return self.sides(at);
+        }
         let [from, to] = self.ends.map(|end| self.tangent.dot(&(at - end.vertex)));
         [from, -to]
     }
@@ -172,12 +216,26 @@ impl Piece {
     /// Distance of a point from the nearest point of the piece, in m, with an error of a few ε times its distance from the nearest vertex
     /// of the piece.
     fn distance(&self, at: &Vector2<f64>) -> f64 {
+        if self.radius > 0.0 {
+            return self.distance_from_arc(at);
+        }
         let [before, after] = self.along(at).map(|side| (-side).max(0.0));
         libm::hypot(self.height(at), before.max(after))
     }
 
-    /// As `distance`, with an error of a few ε times its value. The vertices of the piece must be exact.
-    fn precise_distance(&self, at: &Vector2<f64>) -> f64 {
+    fn distance_from_arc(&self, at: &Vector2<f64>) -> f64 {
+        let from = |end: &End| libm::hypot(at.x - end.vertex.x, at.y - end.vertex.y);
+        match self.sides(at).iter().all(|side| *side >= 0.0) {
+            true => self.height(at).abs(),
+            false => self.ends.iter().map(from).fold(f64::INFINITY, f64::min),
+        }
+    }
+
+    /// As `distance`, with an error of a few ε times its value. The vertices of a straight piece must be exact.
+    pub(super) fn precise_distance(&self, at: &Vector2<f64>) -> f64 {
+        if self.radius > 0.0 {
+            return self.distance_from_arc(at);
+        }
         let [from, to] = self.ends.map(|end| end.vertex);
         for (near, far) in [(from, to), (to, from)] {
             if along(&near, &far, at) <= 0.0 {
@@ -187,7 +245,15 @@ impl Piece {
         precise_area(&from, &to, at).abs() / libm::hypot(to.x - from.x, to.y - from.y)
     }
 
-    /// Returns true if a vertical at `x` meets the piece.
+    /// Where a vertical at `x` meets the circle of an arc: the heights, in m.
+    pub(crate) fn above(&self, x: f64) -> Option<[f64; 2]> {
+        let corner = self.corner()?;
+        let off = x - corner.x;
+        let square = (self.radius - off) * (self.radius + off);
+        (square >= 0.0).then(|| [1.0, -1.0].map(|side| corner.y + side * square.sqrt()))
+    }
+
+    /// Returns true if a vertical at `x` meets a straight piece.
     pub(crate) fn is_at_x(&self, x: f64) -> bool {
         let [from, to] = self.ends.map(|end| end.vertex.x);
         from.min(to) <= x && x <= from.max(to)
@@ -206,7 +272,7 @@ impl Piece {
 impl Ground {
     fn new(pieces: Vec<Piece>, is_polyline: bool) -> Self {
         let has_walls = !pieces.iter().all(Piece::faces_up);
-        let mut ground = Self { pieces, has_walls, is_polyline, raised: 0.0 };
+        let mut ground = Self { pieces, has_walls, is_polyline, raised: 0.0, low: None };
         for k in 1..ground.pieces.len() {
             let [one, two] = [ground.pieces[k - 1], ground.pieces[k]];
             if !(one.faces_up() && two.faces_up()) {
@@ -220,13 +286,7 @@ impl Ground {
     /// Unit normal of the bisector at the start of piece `k` > 0, along the terrain.
     fn bisector(&self, k: usize) -> Vector2<f64> {
         let [one, two] = [&self.pieces[k - 1], &self.pieces[k]].map(|piece| piece.tangent);
-        if one.dot(&two) > 0.0 {
-            return (one + two).normalize();
-        }
-        // At a sharp vertex the sum would consist of rounding errors. The difference is perpendicular to it.
-        let half = (one - two).normalize();
-        let to_left = if self.turn(k) == Ordering::Less { -1.0 } else { 1.0 };
-        Vector2::new(-half.y, half.x) * to_left
+        bisector(one, two, if self.turn(k) == Ordering::Less { -1.0 } else { 1.0 })
     }
 
     /// The index of the piece that a point may touch: the piece under the point or, if there are walls, the nearest piece. A vertex belongs
@@ -333,109 +393,58 @@ impl Ground {
         }
     }
 
+    /// Whether an arc and the line beside it meet at the start of piece `k`, with one normal.
+    pub(crate) fn is_smooth(&self, k: usize) -> bool {
+        let before = k.checked_sub(1).and_then(|before| self.pieces.get(before));
+        let (Some(before), Some(after)) = (before, self.pieces.get(k)) else { return false };
+        before.radius.max(after.radius) > 0.0 && before.ends[1] == after.ends[0]
+    }
+
     /// Whether the ground is convex (`Less`), straight or concave (`Greater`) at the start of piece `k` > 0.
-    fn turn(&self, k: usize) -> Ordering {
+    pub(super) fn turn(&self, k: usize) -> Ordering {
+        if self.is_smooth(k) {
+            return Ordering::Equal;
+        }
+        if self.raised > 0.0 {
+            return Ordering::Greater; // every other vertex of a raised ground
+        }
         let [before, after] = [self.pieces[k - 1].ends, self.pieces[k].ends];
         area(&before[0].vertex, &after[0].vertex, &after[1].vertex).total_cmp(&0.0)
     }
 
-    /// Depth of a point in the ground of a polyline: its distance from the nearest free point, in m. Zero: it is free or on the ground.
+    /// Depth of a point in the ground of a polyline, in m: its distance from the nearest free point; if the ground is raised, how far the disc
+    /// about this point reaches into the ground. Zero: it is free or on the ground.
     pub(crate) fn depth(&self, at: &Vector2<f64>) -> f64 {
+        if let Some(low) = &self.low {
+            let depth = low.depth(at);
+            return if depth > 0.0 {
+                self.raised + depth
+            } else {
+                (self.raised - low.nearest_distance(at)).max(0.0)
+            };
+        }
         if self.side(at) != Ordering::Less {
             return 0.0;
         }
+        self.nearest_distance(at)
+    }
+
+    /// Distance of a point from the nearest point of a polyline, in m.
+    fn nearest_distance(&self, at: &Vector2<f64>) -> f64 {
         self.pieces.iter().map(|piece| piece.precise_distance(at)).fold(f64::INFINITY, f64::min)
     }
 
-    /// How far the disc with its centre at this point reaches through a piece in front of which its centre lies, in m; 0: through none. A disc
-    /// that does so beside a steep piece may have its centre beyond the end of the raised ground.
-    pub(crate) fn reach(&self, center: &Vector2<f64>) -> f64 {
-        let through = |(k, piece): (usize, &Piece)| {
-            let [from, to] = [0, 1].map(|end| piece.tangent.dot(&(center - self.low_end(k, end))));
-            let depth = -piece.height(center);
-            (from >= 0.0 && to <= 0.0 && depth < self.raised).then_some(depth)
-        };
-        self.pieces.iter().enumerate().filter_map(through).fold(0.0, f64::max)
-    }
-
-    /// The start (0) or the end (1) of piece `k` before the ground was raised.
-    fn low_end(&self, k: usize, end: usize) -> Vector2<f64> {
-        let normal = self.pieces[k].normal;
-        let next = if end == 0 { k.checked_sub(1) } else { Some(k + 1) };
-        let next = next.and_then(|k| self.pieces.get(k)).map_or(normal, |next| next.normal);
-        let up = (normal + next) / (1.0 + normal.dot(&next));
-        self.pieces[k].ends[end].vertex - up * self.raised
-    }
-
-    /// Distance of a point from the nearest point of the ground, in m; if the ground is raised, a lower bound of the distance from the ground
-    /// below it.
+    /// Distance of a point from the nearest point of the ground, in m; over a raised line without vertices, a lower bound of the distance from
+    /// the line below it.
     pub(crate) fn distance(&self, at: &Vector2<f64>) -> f64 {
+        if let Some(low) = &self.low {
+            return low.distance(at);
+        }
         let from = |piece: &Piece| match self.raised {
             0.0 => piece.distance(at),
             up => (piece.height(at) + up).abs(),
         };
         self.pieces.iter().map(from).fold(f64::INFINITY, f64::min)
-    }
-
-    /// The ground over which the centre of a disc of this radius (m) moves as a point: each piece moved along its normal by the radius, and cut
-    /// off where the next one begins. With n₁ and n₂ the normals at a concave vertex, its disc has its centre at R (n₁ + n₂)/(1 + n₁·n₂) from
-    /// the vertex.
-    ///
-    /// # Errors
-    ///
-    /// Why the disc does not fit, in words: a convex vertex, around which it would turn, or a piece that it cannot touch.
-    fn raised_by(&self, radius: f64) -> Result<Self, String> {
-        let count = self.pieces.len();
-        let mut corners: Vec<Vector2<f64>> = Vec::with_capacity(count + 1);
-        for k in 0..=count {
-            let [before, after] =
-                [k.checked_sub(1), (k < count).then_some(k)].map(|k| k.map(|k| &self.pieces[k]));
-            let vertex = match (before, after) {
-                (_, Some(piece)) => piece.ends[0].vertex,
-                (Some(piece), None) => piece.ends[1].vertex,
-                (None, None) => unreachable!("a ground has pieces"),
-            };
-            if k > 0 && k < count && self.turn(k) == Ordering::Less {
-                return Err(format!(
-                    "0, because the terrain has a convex vertex, ({:?}, {:?}), around which a disc would turn: give the body points as contacts, or the terrain concave vertices only",
-                    vertex.x, vertex.y
-                ));
-            }
-            let normals = [before, after].into_iter().flatten().map(|piece| piece.normal);
-            let up = match normals.collect::<Vec<_>>()[..] {
-                [one, two] => (one + two) / (1.0 + one.dot(&two)),
-                [one] => one,
-                _ => Vector2::zeros(),
-            };
-            corners.push(vertex + up * radius);
-        }
-        let pieces: Vec<Piece> = (self.pieces.iter().zip(corners.windows(2)))
-            .map(|(piece, ends)| Piece {
-                ends: [0, 1].map(|k| End::new(ends[k], piece.ends_across())),
-                origin: piece.origin + piece.normal * radius,
-                ..*piece
-            })
-            .collect();
-        for (piece, low) in pieces.iter().zip(&self.pieces) {
-            let left = piece.tangent.dot(&(piece.ends[1].vertex - piece.ends[0].vertex));
-            if !(left > 0.0 && left.is_finite()) {
-                let [from, to] = low.ends.map(|end| end.vertex);
-                return Err(format!(
-                    "small enough for the disc to touch the piece of terrain from ({:?}, {:?}) to ({:?}, {:?})",
-                    from.x, from.y, to.x, to.y
-                ));
-            }
-        }
-        let vertices: Vec<[f64; 2]> = corners.into_iter().map(Into::into).collect();
-        if meeting(&vertices, false).is_some() {
-            return Err("small enough for the disc to fit between the pieces of the terrain".into());
-        }
-        Ok(Self { raised: radius, ..Self::new(pieces, self.is_polyline) })
-    }
-
-    /// The two ends of a polyline before it was raised.
-    pub(crate) fn ends(&self) -> [Vector2<f64>; 2] {
-        [self.low_end(0, 0), self.low_end(self.pieces.len() - 1, 1)]
     }
 
     /// Its convex vertices and its ends: the corners that a side of the body can meet.
@@ -630,15 +639,33 @@ pub(crate) fn place_error(at: &Vector2<f64>) -> f64 {
     SAME_VERTEX * (at.x.abs() + at.y.abs())
 }
 
-/// Sets the slope and the segment of a contact from the terrain. If the user gave them, they must be equal to these.
-pub(crate) fn place_on(ground: &Ground, contact: &mut Contact, at: &str) -> Result<(), Error> {
+/// Sets the slope and the segment of a contact from the terrain. If the user gave them, they must be equal to these. `raised`: the same terrain
+/// for the centre of the contact, if it is a disc.
+pub(crate) fn place_on(
+    ground: &Ground,
+    raised: &Ground,
+    contact: &mut Contact,
+    at: &str,
+) -> Result<(), Error> {
+    let center = contact.center.map(Vector2::from);
+    let over = center.map(|center| raised.nearest(raised.find(&center)).0);
+    // A disc over a corner touches there.
+    if let (Some(center), Some(arc)) = (center, over.filter(|piece| piece.corner().is_some())) {
+        let [tangent, normal] = arc.axes(&center);
+        contact.turn_to(&normal);
+        return set_line(contact, slope_of(&tangent), [f64::NEG_INFINITY, f64::INFINITY], at);
+    }
     let (name, [x, y]) = match contact.center {
         Some(center) => ("center", center),
         None => ("point", contact.point),
     };
     let (pieces, point) = (&ground.pieces, Vector2::new(x, y));
     let found = usize::try_from(ground.find_up(&point, place_error(&point))).unwrap_or(usize::MAX);
-    let Some(piece) = pieces.get(found) else {
+    let is_below = |line: &Piece, low: &Piece| {
+        low.normal == line.normal && low.origin + low.normal * raised.raised == line.origin
+    };
+    let below = over.and_then(|line| pieces.iter().find(|low| is_below(line, low)));
+    let Some(piece) = below.or_else(|| pieces.get(found)) else {
         let (low, high) = (pieces[0].ends[0].vertex.x, pieces[pieces.len() - 1].ends[1].vertex.x);
         let (field, value, allowed) = if ground.has_walls {
             (
@@ -674,7 +701,12 @@ pub(crate) fn place_on(ground: &Ground, contact: &mut Contact, at: &str) -> Resu
         }
     };
     // Where there are walls, the nearest point of the piece may be its end.
-    let (slope, segment) = (piece.slope, [end(0).min(0.0), end(1).max(0.0)]);
+    set_line(contact, piece.slope, [end(0).min(0.0), end(1).max(0.0)], at)
+}
+
+/// Sets the slope and the segment of a contact, as far as the user left them out.
+fn set_line(contact: &mut Contact, slope: f64, segment: [f64; 2], at: &str) -> Result<(), Error> {
+    let [x, y] = contact.point;
     let plain = Contact::at(x, y);
     for (field, given, left_out, own) in [
         ("slope", vec![contact.slope], vec![plain.slope], vec![slope]),
@@ -696,24 +728,12 @@ pub(crate) fn place_on(ground: &Ground, contact: &mut Contact, at: &str) -> Resu
 ///
 /// # Errors
 ///
-/// A radius out of range, a ground with ends for a round contact, an outline.
+/// A radius out of range, an outline.
 pub(crate) fn suits_rounds(fields: &PostureFields) -> Result<(), Error> {
     for (i, contact) in fields.contacts.iter().enumerate() {
         contact.validate_radius(&format!("contacts.{}.", i + 1))?;
         if !contact.is_round() {
             continue;
-        }
-        let has_ends = contact.segment != [f64::NEG_INFINITY, f64::INFINITY];
-        if has_ends && fields.terrain.is_empty() {
-            return Err(Error::Unusable {
-                field: format!("contacts.{}.segment", i + 1),
-                value: format!("{:?}", contact.segment),
-                allowed: format!(
-                    "left out, because contacts.{}.radius = {:?} > 0: the ground of a round contact has no ends",
-                    i + 1,
-                    contact.radius
-                ),
-            });
         }
         if !fields.outline.is_empty() {
             return Err(Error::Unusable {
@@ -736,17 +756,23 @@ pub(crate) fn suits_rounds(fields: &PostureFields) -> Result<(), Error> {
 ///
 /// A disc that does not fit.
 pub(crate) fn raised(ground: &Ground, contacts: &[Contact]) -> Result<Vec<Ground>, Error> {
-    let of = |(i, contact): (usize, &Contact)| {
-        if !contact.is_round() {
-            return Ok(ground.clone());
-        }
-        ground.raised_by(contact.radius).map_err(|allowed| Error::Unusable {
-            field: format!("contacts.{}.radius", i + 1),
-            value: format!("{:?}", contact.radius),
-            allowed,
-        })
-    };
-    contacts.iter().enumerate().map(of).collect()
+    let mut all: Vec<Ground> = Vec::with_capacity(contacts.len());
+    for (i, contact) in contacts.iter().enumerate() {
+        let at = format!("contacts.{}.", i + 1);
+        contact.validate_radius(&at)?;
+        let same = contacts[..i].iter().position(|other| other.radius == contact.radius);
+        let raised = match same {
+            Some(j) => all[j].clone(),
+            None if !contact.is_round() => ground.clone(),
+            None => ground.raised_by(contact.radius).map_err(|allowed| Error::Unusable {
+                field: format!("{at}radius"),
+                value: format!("{:?}", contact.radius),
+                allowed,
+            })?,
+        };
+        all.push(raised);
+    }
+    Ok(all)
 }
 
 /// The ground shared by all contacts, the line with their slope through the lowest contact; for each contact, if one is round.
@@ -805,9 +831,15 @@ pub(crate) fn shared(fields: &PostureFields) -> Result<Vec<Ground>, Error> {
     })
 }
 
-/// The line of a contact, raised by its radius.
+/// The line of a contact, raised by its radius, with arcs about its ends.
 fn of_line(contact: &Contact) -> Ground {
-    Ground { raised: contact.radius, ..Ground::new(vec![Piece::of_contact(contact)], false) }
+    let line = Ground::new(vec![Piece::of_contact(contact)], false);
+    if contact.is_round() && contact.segment != [f64::NEG_INFINITY, f64::INFINITY] {
+        let low = Contact { radius: 0.0, center: None, ..*contact };
+        let low = Ground::new(vec![Piece::of_contact(&low)], false);
+        return low.raised_by(contact.radius).unwrap_or(line);
+    }
+    Ground { raised: contact.radius, ..line }
 }
 
 /// The corners of these grounds that a side of a body can meet, in a fixed order, each once.
@@ -824,28 +856,4 @@ pub(crate) fn own(contacts: &[Contact]) -> Vec<Ground> {
         return Vec::new();
     }
     contacts.iter().map(of_line).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_raised_ground_of_a_disc_keeps_its_distance() {
-        let low = polyline(&[[-3.0, 4.0], [-1.0, 0.0], [2.0, 0.0], [2.0, 3.0]], &[]).unwrap();
-        let high = low.raised_by(0.25).unwrap();
-        // Floor and wall meet at a right angle: exactly one radius away from both.
-        assert_eq!(high.pieces[1].ends[1].vertex, Vector2::new(1.75, 0.25));
-        for (one, other) in low.pieces.iter().zip(&high.pieces) {
-            assert_eq!((one.tangent, one.slope), (other.tangent, other.slope));
-            assert!(other.ends.iter().all(|end| (one.height(&end.vertex) - 0.25).abs() < 1e-15));
-            let at = Vector2::new(0.3, 0.7);
-            assert!((one.height(&at) - other.height(&at) - 0.25).abs() < 1e-15);
-        }
-        let meet = |pair: &[Piece]| pair[0].ends[1].vertex == pair[1].ends[0].vertex;
-        assert!(high.pieces.windows(2).all(meet));
-        assert!(low.raised_by(3.2).unwrap_err().contains("piece of terrain"));
-        let ridge = polyline(&[[-1.0, 0.0], [0.0, 1.0], [1.0, 0.0]], &[]).unwrap();
-        assert!(ridge.raised_by(0.1).unwrap_err().contains("(0.0, 1.0)"));
-    }
 }

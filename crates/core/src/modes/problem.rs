@@ -333,12 +333,14 @@ impl ContactProblem {
         if at_vertices.is_empty() {
             return Ok(first);
         }
+        let at = |i: usize| posture.position(i, &state.q);
         let mut best: Option<((bool, usize), Self)> = None;
         for choice in 0..1_usize << at_vertices.len() {
             let (mut geometry, mut inwards) = (geometry.clone(), vec![None; count]);
             for (bit, (i, pieces)) in at_vertices.iter().enumerate() {
-                let on =
-                    pieces.map(|k| posture.piece(*i, k).map(|piece| posture.on_piece(*i, piece)));
+                let on = pieces.map(|k| {
+                    posture.piece(*i, k).map(|piece| posture.on_piece(*i, piece, &at(*i)))
+                });
                 // The first choice is the one found, so that it is kept if no other is better.
                 let found = usize::from(on[1].is_some_and(|on| on.normal == geometry[*i].normal));
                 let taken = if choice >> bit & 1 == 0 { found } else { 1 - found };
@@ -423,7 +425,10 @@ impl ContactProblem {
             problem.tangents.push(k.tangent.into());
             problem.friction.push(k.friction);
             problem.sliding.push((closed && rate <= tolerance).then_some(sign));
-            problem.bias.push([-b * omega * omega, -c * omega * omega]);
+            // About a corner the normal of a disc turns with its centre.
+            let centre = along - c * omega;
+            let turning = if k.corner.is_some() { centre * centre / k.radius } else { 0.0 };
+            problem.bias.push([-b * omega * omega, turning - c * omega * omega]);
         }
         let corners = posture.sides_touched(&state.q);
         for (number, TouchedSide { geometry: k, .. }) in corners.iter().enumerate() {

@@ -421,8 +421,7 @@ impl Driver<'_> {
         let grip = Grip::of(impulse, material.friction);
         let speed = body.center.v.norm() + size * body.spin.omega.abs();
         let still = body.slip(i).abs() <= STILL * speed;
-        // A corner of the ground on a side has a normal that turns.
-        if !body.sides.is_empty()
+        if body.turns()
             || material.restitution == 0.0
             || grip == Grip::Sticks && !still
             || body.points[i].u <= 0.0

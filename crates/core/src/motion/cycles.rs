@@ -243,6 +243,7 @@ impl CycleSum {
         let room =
             |p: &ContactState| p.place.sides.iter().all(|side| *side > REMAINDER_FACTOR * far);
         let stays = (0..2).all(|i| body.points[i].place.piece == before.places[i].piece);
+        let stays = stays && !body.turns();
         if !(stays && body.points.iter().all(room)) {
             return None;
         }
@@ -300,6 +301,7 @@ mod tests {
                 b,
                 c,
                 radius,
+                corner: None,
                 held,
                 place,
                 h,

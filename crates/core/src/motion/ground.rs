@@ -217,8 +217,10 @@ impl OnGround<'_, '_> {
         let theta = self.state.spin.theta;
         let count = self.ground.posture.contacts().len();
         let own = |p: &&mut ContactState| p.place.contact < count;
+        let posture = &self.ground.posture;
         for p in self.state.points.iter_mut().filter(own) {
-            (p.b, p.c) = self.ground.posture.on_nearest(&p.place).refreshed(theta, p.b, p.c);
+            let k = posture.along_axes(p.place.contact, [p.tangent, p.normal]);
+            (p.b, p.c) = k.refreshed(theta, p.b, p.c);
         }
         self.state.reconcile(self.ground.posture.size());
     }

@@ -4,7 +4,7 @@ use nalgebra::Vector2;
 
 use crate::body::contact::ContactValues;
 use crate::body::ground::MOST_IN_VERTICES;
-use crate::body::terrain::{Piece, Place};
+use crate::body::terrain::Place;
 use crate::modes::Mode;
 use crate::motion::ground::OnGround;
 use crate::outcome::{Cause, ContactNumber};
@@ -65,7 +65,15 @@ impl OnGround<'_, '_> {
             p.place = ground.place(contact, p.place.piece + step, &at);
         }
         let is_next = p.place.piece == piece + step;
-        if is_next {
+        let separated = p.place.across[1 - side] != old.place.across[side];
+        // Beside an arc two lines separate the pieces: the distances from both are known up to the rounding error of the place.
+        let error = self.state.position_error(i, &self.ground.posture);
+        if separated && p.place.sides[1 - side] < 0.0 {
+            // Under the joint, between the two lines, it touches neither.
+            let under = p.place.sides[1 - side] < -error;
+            p.place.sides[1 - side] = if under { f64::INFINITY } else { 0.0 };
+        }
+        if is_next && !separated {
             p.place.sides[1 - side] = 0.0;
         }
         let (piece, exists) = ground.nearest(p.place.piece);
@@ -77,10 +85,13 @@ impl OnGround<'_, '_> {
             p.place.sides[side] = piece.ends[1].vertex.x - piece.ends[0].vertex.x;
         }
         let velocity = old.tangent * self.state.along(i) + old.normal * old.u;
-        p.turns_to(&self.ground.posture, piece);
+        p.turns_to(&self.ground.posture, piece, &at);
+        let smooth = is_next
+            && usize::try_from(p.place.piece.max(old.place.piece))
+                .is_ok_and(|start| ground.is_smooth(start));
         (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
         (p.held, p.depth) = (None, 0.0);
-        if p.normal != old.normal {
+        if p.normal != old.normal && !smooth {
             p.u = p.normal.dot(&velocity);
         }
         if !exists {
@@ -89,10 +100,17 @@ impl OnGround<'_, '_> {
         }
         let (height, touch) = (piece.height(&at), TOUCH * self.ground.posture.size());
         let known = old.h < f64::INFINITY && is_next;
-        if known && old.place.across[side] != Vector2::x() {
-            p.h = old.h; // on the bisector
+        let at_joint = separated && old.h <= error && height.abs() <= error;
+        if known && at_joint {
+            (p.h, p.place.sides[1 - side]) = (0.0, 0.0);
             return p;
         }
+        let between = !separated && old.place.across[side] != Vector2::x();
+        if known && (between || smooth) {
+            p.h = old.h; // on the line between the two
+            return p;
+        }
+        let known = known && !separated;
         if known && !(height > touch && p.normal.y > STEEPER_PIECE * old.normal.y) {
             p.h = old.h * p.normal.y / old.normal.y; // same height above the vertex
             return p;
@@ -107,17 +125,28 @@ impl OnGround<'_, '_> {
     /// Puts a contact on both pieces of a vertex between rising pieces if it has come to rest. Returns whether it has.
     pub(super) fn wedge(&mut self, i: usize, side: usize) -> bool {
         let old = self.state.points[i];
-        let next = if side == 0 { old.place.piece - 1 } else { old.place.piece + 1 };
-        let Some(piece) = self.ground.posture.piece(old.place.contact, next) else { return false };
-        let rises = old.tangent.perp(&piece.tangent) * if side == 0 { -1.0 } else { 1.0 };
+        let posture = self.ground.posture.clone();
+        let at = self.state.position(i, &posture);
+        let Some((piece, rises)) = posture.beyond(&old.place, side, &at) else { return false };
         let along = self.state.along(i);
-        let height = old.h + old.place.sides[side] / old.place.across[side].dot(&old.tangent);
+        let ahead = old.place.across[side].dot(&old.tangent);
+        if ahead <= 0.0 {
+            return false; // on an arc, more than a right angle away
+        }
+        let height = old.h + old.place.sides[side] / ahead;
         let square = along * along + old.u * old.u + 2.0 * self.state.gravity * height;
         let limit = self.wedged(i);
         // Without gravity a contact may be slow at any height.
         let near = height <= TOUCH * self.ground.posture.size();
         let slow = square <= limit * limit;
-        if !(rises > 0.0 && near && (slow || self.meets_both(i, side, piece))) {
+        // Beside an arc the distance from the joint is known up to the rounding error of the place; the fall through it is this fast.
+        let by_place = match (old.corner, piece.corner()) {
+            (None, None) => 0.0,
+            _ => 4.0 * self.state.gravity * self.state.position_error(i, &posture),
+        };
+        let next = piece.axes(&at)[1];
+        if !(rises > 0.0 && near && (slow || square <= by_place || self.meets_both(i, side, &next)))
+        {
             return false;
         }
         // A disc that rolls to and fro between the pieces comes to rest: its rolling is not zero by itself.
@@ -157,15 +186,15 @@ impl OnGround<'_, '_> {
     }
 
     /// Returns true if point `i`, in a vertex at this end of its piece, comes to its tip so slowly that the rates of the gaps to both
-    /// pieces are rounding error. In a narrow vertex the speed along the pieces that remains is larger, by the inverse of the angle between
+    /// pieces, the next one with the normal `other`, are rounding error. In a narrow vertex the speed along the pieces that remains is larger, by the inverse of the angle between
     /// them.
-    fn meets_both(&self, i: usize, side: usize, other: &Piece) -> bool {
+    fn meets_both(&self, i: usize, side: usize, other: &Vector2<f64>) -> bool {
         let (state, p) = (&self.state, &self.state.points[i]);
         let along = state.along(i);
         let inwards = if side == 0 { along < 0.0 } else { along > 0.0 };
         let speed = state.center.v.norm() + p.arm().norm() * state.spin.omega.abs();
         let least = OVER_VERTEX * f64::EPSILON * speed;
-        let rate = other.normal.dot(&(p.tangent * along + p.normal * p.u));
+        let rate = other.dot(&(p.tangent * along + p.normal * p.u));
         p.h == 0.0 && p.place.sides[side] == 0.0 && inwards && p.u.abs().max(rate.abs()) <= least
     }
 
@@ -189,11 +218,11 @@ impl OnGround<'_, '_> {
         let error = self.state.position_error(i, &self.ground.posture);
         // A gap that has come down with a larger error, in many bounces, ends so far from the vertex.
         let error = error.max(LANDS_TOGETHER * p.rounding.gap);
+        let posture = &self.ground.posture;
+        let at = self.state.position(i, posture);
         let falls = |side: &usize| {
-            let to: isize = if *side == 0 { -1 } else { 1 };
-            let next = self.ground.posture.piece(p.place.contact, p.place.piece + to);
-            p.place.sides[*side] <= error
-                && next.is_some_and(|next| (to as f64) * p.tangent.perp(&next.tangent) < 0.0)
+            let next = posture.beyond(&p.place, *side, &at);
+            p.place.sides[*side] <= error && next.is_some_and(|(_, rises)| rises < 0.0)
         };
         [0, 1].into_iter().find(falls)
     }

@@ -157,6 +157,7 @@ impl Start {
                 b,
                 c,
                 radius: under.geometry.radius,
+                corner: under.geometry.corner.map(|corner| corner - posture.center()),
                 held: None,
                 place,
                 h,

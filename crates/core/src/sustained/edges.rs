@@ -22,7 +22,7 @@ use crate::math::turn::Turn;
 use crate::options::{Edges, Options};
 use crate::sustained::BodyState;
 use crate::sustained::side::SideContact;
-use crate::tolerance::{CUBIC_TURN, EDGE_DEPTH, MEASURED_ERROR, TOUCH};
+use crate::tolerance::{CUBIC_TURN, MEASURED_ERROR, TOUCH};
 
 /// Watches the corners of the ground.
 #[derive(Debug, Clone)]
@@ -32,8 +32,6 @@ pub(crate) struct EdgeWatch {
     corners: Vec<Vector2<f64>>,
     /// Whether a corner that meets a side becomes a contact.
     touches: bool,
-    /// The ends of the terrains of discs that no disc has met, with the contact of each.
-    ends: Vec<(usize, Vector2<f64>)>,
 }
 
 /// A smooth motion of the body.
@@ -88,15 +86,7 @@ impl EdgeWatch {
     /// A new watch; most postures need none.
     pub(crate) fn new(posture: Option<&Posture>, options: &Options) -> Self {
         let corners = posture.map_or(&[][..], Posture::ground_corners).to_vec();
-        let of = |(posture, i): (&Posture, usize)| {
-            let ground = posture.ground(i).filter(|ground| ground.is_polyline);
-            let ground = ground.filter(|_| posture.contacts()[i].is_round());
-            ground.map(|ground| ground.ends().map(|end| (i, end)))
-        };
-        let discs = posture.into_iter().filter(|posture| posture.has_rounds());
-        let discs = discs.flat_map(|posture| posture.distinct().map(move |i| (posture, i)));
-        let ends = discs.filter_map(of).flatten().collect();
-        Self { corners, touches: options.edges == Edges::Contact, ends }
+        Self { corners, touches: options.edges == Edges::Contact }
     }
 
     /// Returns true if no corner meets this body if it moves so far at most: the way of a point of the body with this arm (m), in m.
@@ -121,34 +111,6 @@ impl EdgeWatch {
         if self.touches { &self.corners } else { &[] }
     }
 
-    /// Warns of the discs that meet an end of their terrain within `dt` of the start of this motion (s) and pass through it. `free`, `time`: as
-    /// for `entry`.
-    fn warn_of_ends(
-        &mut self,
-        path: Path<'_>,
-        dt: f64,
-        free: Option<Vector2<f64>>,
-        time: impl Fn(f64) -> f64,
-        warnings: &mut Vec<String>,
-    ) {
-        self.ends.retain(|(contact, end)| {
-            let radius = path.posture.contacts()[*contact].radius;
-            let reach = radius + path.posture.size();
-            let dt = free.map_or(dt, |free| dt.min(path.passed(&[*end], reach, free)));
-            let met = path.meets_end(*contact, end, radius, dt);
-            if let Some(t) = met {
-                warnings.push(format!(
-                    "round-contact-end: at t = {:?} s the disc of contact {} meets the end of the terrain at ({:?}, {:?}) m, and passes through it: a disc touches the pieces of a terrain, not its ends",
-                    time(t),
-                    contact + 1,
-                    end.x,
-                    end.y
-                ));
-            }
-            met.is_none()
-        });
-    }
-
     /// The first corner that meets a side of the body within `dt` of the start of this motion (s) and is no contact on this side yet.
     /// Where corners are ignored, none, with a warning for each corner. `free`: the acceleration of the centre of mass, if it is constant;
     /// the motion may then be endless. `time`: converts a time since the start to a time on the clock.
@@ -160,7 +122,6 @@ impl EdgeWatch {
         time: impl Fn(f64) -> f64,
         warnings: &mut Vec<String>,
     ) -> Option<Entry> {
-        self.warn_of_ends(path, dt, free, &time, warnings);
         let outline = path.posture.outline().filter(|_| !self.corners.is_empty())?;
         if let Some(acceleration) = free {
             dt = dt.min(path.passed(&self.corners, outline.radius, acceleration));
@@ -257,46 +218,6 @@ impl<'a> Path<'a> {
         let (ahead, speed) = (ahead.fold(0.0, f64::max) + radius, way.dot(&center.v));
         let root = (speed * speed + 2.0 * pull * ahead).sqrt();
         if speed > 0.0 { 2.0 * ahead / (speed + root) } else { (root - speed) / pull }
-    }
-
-    /// When the disc of a contact meets an end of its terrain, if within this time: its centre comes nearer than its radius, as far as the
-    /// tolerance of an entry.
-    fn meets_end(&self, contact: usize, end: &Vector2<f64>, radius: f64, dt: f64) -> Option<f64> {
-        let i = self.posture.point_of(contact);
-        let see = |t: f64| {
-            let body = (self.at)(t);
-            let arm = body.points[i].arm();
-            let v = body.center.v + Vector2::new(-arm.y, arm.x) * body.spin.omega;
-            (t, [body.position(i, self.posture) - end, v], body.spin.omega)
-        };
-        let depth = EDGE_DEPTH * radius;
-        let is_met = |p: &Vector2<f64>| p.norm() < radius - depth;
-        let mut now = see(0.0);
-        if is_met(&now.1[0]) {
-            return Some(0.0);
-        }
-        let mut ends = if dt.is_finite() { vec![see(dt)] } else { Vec::new() };
-        while let Some(&end) = ends.last() {
-            let middle = see(0.5 * (now.0 + end.0));
-            let hull = control_points(end.0 - now.0, now.1, end.1);
-            let error = error(&hull, &middle.1[0]);
-            let turn = (end.0 - now.0) * now.2.abs().max(end.2.abs());
-            let from = middle.1[0].normalize();
-            let is_off = |p: &Vector2<f64>| p.dot(&from) > radius - depth + error;
-            if !(turn <= CUBIC_TURN && hull.iter().all(is_off)) {
-                let extent = hull.iter().map(|p| (p - hull[0]).norm()).fold(error, f64::max);
-                if extent > depth && middle.0 > now.0 && middle.0 < end.0 {
-                    ends.push(middle);
-                    continue;
-                }
-                if is_met(&end.1[0]) {
-                    return Some(end.0);
-                }
-            }
-            now = end;
-            ends.pop();
-        }
-        None
     }
 
     fn see(&self, corner: &Vector2<f64>, t: f64) -> Seen {

@@ -75,9 +75,10 @@ impl ClosedMotion {
             word[i] != Mode::Separate
                 && -word[i].direction() * p.tangent.y > p.friction * p.normal.y
         };
-        // Where the side slides on a corner of the ground, its place along the side changes the motion too.
+        // Where the side slides on a corner of the ground, or a disc moves about one, its place changes the motion too.
         let slides = |mode: Mode| mode != Mode::Fixed && mode != Mode::Separate;
-        let along = |i: usize| slides(word[i]) && body.side_contact(i).is_some();
+        let about = |i: usize| word[i] != Mode::Separate && body.points[i].corner.is_some();
+        let along = |i: usize| slides(word[i]) && body.side_contact(i).is_some() || about(i);
         let round = |(p, mode): (&ContactState, &Mode)| *mode != Mode::Separate && p.radius > 0.0;
         let rolls = |(p, mode): &(&ContactState, &Mode)| **mode == Mode::Fixed && p.radius > 0.0;
         let pairs = || body.points.iter().zip(word);

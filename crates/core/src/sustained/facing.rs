@@ -8,11 +8,11 @@ use nalgebra::Vector2;
 use crate::body::posture::Posture;
 use crate::body::terrain::{Piece, Place};
 use crate::flight::{GapArc, parabola_touchdown};
-use crate::math::roots::first_root;
-use crate::math::series::shifted;
+use crate::math::roots::{ORDER, first_root};
+use crate::math::series::{product, shifted};
 use crate::modes::Mode;
 use crate::sustained::flight::next;
-use crate::sustained::{BodyState, Rounding, Step};
+use crate::sustained::{BodyState, ContactState, Rounding, Step};
 use crate::tolerance::{PLACE, TOUCH};
 
 /// Largest number of crossings of the line of a piece, without a hit, that are followed.
@@ -24,10 +24,23 @@ fn facing<'p>(
     state: &BodyState,
     i: usize,
 ) -> impl Iterator<Item = (isize, &'p Piece)> + use<'p> {
-    let Place { contact, piece, .. } = state.points[i].place;
+    let Place { contact, piece, across, .. } = state.points[i].place;
     let ground = posture.ground(contact).filter(|ground| ground.has_walls);
     let pieces = ground.map_or(&[][..], |ground| &ground.pieces);
-    let far = move |(k, _): &(isize, &Piece)| (k - piece).abs() > 1;
+    // A point on the line that separates it from an adjacent piece is as near to that piece, unless two lines separate them.
+    let separate = move |k: isize, other: &Piece| match k - piece {
+        1 => other.ends[0].across != across[1],
+        -1 => other.ends[1].across != across[0],
+        _ => true,
+    };
+    // Its second point follows the piece that this one is on.
+    let second = match pieces.is_empty() {
+        true => None,
+        false => state.second(i).map(|j| state.points[j].place.piece),
+    };
+    let far = move |(k, other): &(isize, &Piece)| {
+        *k != piece && Some(*k) != second && separate(*k, other)
+    };
     pieces.iter().enumerate().map(|(k, piece)| (k as isize, piece)).filter(far)
 }
 
@@ -55,18 +68,28 @@ impl BodyState {
         Vector2::from(posture.fields().center_of_mass) + self.center.r + arm
     }
 
-    /// The gap of point `i` to the line of a piece, as an arc.
+    /// The gap of point `i` to the line of a piece, as an arc. Over a corner it is that arc at this instant only.
     fn arc_over(&self, i: usize, posture: &Posture, piece: &Piece) -> GapArc {
-        let (arm, spin) = (self.points[i].arm(), self.spin.omega);
-        let (b, c) = (piece.tangent.dot(&arm), piece.normal.dot(&arm));
+        let (arm, spin, at) = (self.points[i].arm(), self.spin.omega, self.position(i, posture));
+        let [tangent, normal] = piece.axes(&at);
+        let (b, c) = (tangent.dot(&arm), normal.dot(&arm));
         GapArc {
-            h: piece.height(&self.position(i, posture)),
-            u: piece.normal.dot(&self.center.v) + b * spin,
-            g: -self.fall.dot(&piece.normal),
+            h: piece.height(&at),
+            u: normal.dot(&self.center.v) + b * spin,
+            g: -self.fall.dot(&normal),
             b,
             c,
             omega: spin,
         }
+    }
+
+    /// Point `i` over a piece of its ground, with its gap and its rate.
+    fn over(&self, i: usize, posture: &Posture, piece: &Piece) -> ContactState {
+        let GapArc { h, u, b, c, .. } = self.arc_over(i, posture, piece);
+        let mut p = self.points[i];
+        p.turns_to(posture, piece, &self.position(i, posture));
+        (p.h, p.u, p.b, p.c) = (h, u, b, c);
+        p
     }
 
     /// Returns true if the lines of all pieces that do not adjoin that of point `i` are farther away than `way`, in m.
@@ -124,7 +147,49 @@ impl BodyState {
         facing(posture, self, i).find_map(now)
     }
 
+    /// As `hit`, for a disc and a corner.
+    fn hits_corner(&self, i: usize, posture: &Posture, piece: &Piece, limit: f64) -> Option<f64> {
+        let is_here = |state: &Self| is_between(piece, &state.position(i, posture), posture.size());
+        let (mut t, mut state) = (0.0, self.clone());
+        state.points[i] = self.over(i, posture, piece);
+        let error = self.position_error(i, posture);
+        let p = &mut state.points[i];
+        if p.h.abs() <= error {
+            let ends = piece.along(&self.position(i, posture));
+            if p.u < 0.0 && is_here(self) && !passes_end(ends, self.along_of(p), error) {
+                return Some(0.0);
+            }
+            (p.h, p.u) = (0.0, p.u.max(0.0));
+        }
+        for _ in 0..CROSSINGS {
+            let p = &state.points[i];
+            // Where the disc is beside the corner, the corner may lie in it.
+            let outside = p.h >= 0.0;
+            let (v, turn) = (state.center.v.norm(), state.spin.omega.abs() * p.arm().norm());
+            let speed = v + turn + (state.gravity * p.radius).sqrt();
+            t += match outside {
+                true => state.touches_corner(i, limit - t)?,
+                false => p.radius / speed / CROSSINGS as f64,
+            };
+            if !(t < limit) {
+                return None;
+            }
+            state = self.flown(t);
+            if outside && is_here(&state) {
+                return Some(t);
+            }
+            state.points[i] = state.over(i, posture, piece);
+            if outside {
+                state.points[i].h = -f64::MIN_POSITIVE;
+            }
+        }
+        None
+    }
+
     fn hit(&self, i: usize, posture: &Posture, piece: &Piece, limit: f64) -> Option<f64> {
+        if piece.corner().is_some() {
+            return self.hits_corner(i, posture, piece, limit);
+        }
         let (mut t, mut crossed) = (0.0, None);
         let at_once = self.arc_over(i, posture, piece);
         if at_once.h.abs() <= self.position_error(i, posture)
@@ -183,7 +248,7 @@ impl BodyState {
         let arc = self.arc_over(i, posture, piece);
         let p = &mut self.points[i];
         p.place = ground.place(place.contact, k, &at);
-        p.turns_to(posture, piece);
+        p.turns_to(posture, piece, &at);
         (p.b, p.c, p.u) = (arc.b, arc.c, arc.u);
         // On the line of a piece beyond its end it does not touch.
         (p.h, p.depth) = match (exists, arc.h > 0.0) {
@@ -205,7 +270,7 @@ impl BodyState {
         let terms = self.center.r.norm() + arc.b.abs() + arc.c.abs() + posture.size();
         let speeds = self.center.v.norm() + (arc.b * self.spin.omega).abs();
         let p = &mut self.points[i];
-        p.turns_to(posture, piece);
+        p.turns_to(posture, piece, &at);
         (p.b, p.c) = (arc.b, arc.c);
         (p.h, p.depth, p.u, p.held) = (0.0, 0.0, arc.u.min(0.0), None);
         p.place = ground.place(contact, k, &at);
@@ -229,6 +294,9 @@ impl Step {
         }
         let (at, error) = (state.position(i, posture), state.position_error(i, posture));
         let hit = |(k, piece): (isize, &Piece)| {
+            if piece.corner().is_some() {
+                return Some((self.hits_corner(state, i, posture, piece, limit)?, k));
+            }
             let mut gap = self.way(i, state, piece.normal);
             let mut along = self.way(i, state, piece.tangent);
             (gap[0], along[0]) = (piece.height(&at), piece.along(&at)[0]);
@@ -264,5 +332,60 @@ impl Step {
             None
         };
         facing(posture, state, i).filter_map(hit).min_by(|one, other| one.0.total_cmp(&other.0))
+    }
+
+    /// When a disc touches a corner within the step, before `limit` (s): (|P − V|² − R²)/(2R) is a polynomial, whose rate there is that of the
+    /// gap.
+    fn hits_corner(
+        &self,
+        state: &BodyState,
+        i: usize,
+        posture: &Posture,
+        piece: &Piece,
+        limit: f64,
+    ) -> Option<f64> {
+        let (at, corner, size) = (state.position(i, posture), piece.corner()?, posture.size());
+        let ways = [Vector2::x(), Vector2::y()].map(|axis| self.way(i, state, axis));
+        let position = |t: f64| {
+            let way = ways.map(|way| way[1..].iter().rev().fold(0.0, |sum, c| (sum + c) * t));
+            at + Vector2::from(way)
+        };
+        let p = state.over(i, posture, piece);
+        let mut gap = [0.0; ORDER];
+        for (axis, way) in ways.iter().enumerate() {
+            let mut from = *way;
+            from[0] = at[axis] - corner[axis];
+            for (k, gap) in gap.iter_mut().enumerate().skip(1) {
+                *gap += product(&from, &from, k) / (2.0 * p.radius);
+            }
+        }
+        gap[0] = p.h * (1.0 + 0.5 * p.h / p.radius);
+        let (mut t, end) = (0.0, limit / self.unit);
+        let mut behind = gap[0] < 0.0;
+        let error = state.position_error(i, posture);
+        if gap[0].abs() <= error {
+            if gap[1] < 0.0 && is_between(piece, &at, size) {
+                let rate = state.along_of(&p);
+                return (!passes_end(piece.along(&at), rate, error)).then_some(0.0);
+            }
+            (gap[0], behind) = (0.0, gap[1] < 0.0);
+        }
+        for _ in 0..CROSSINGS {
+            let front = if behind { gap.map(|c| -c) } else { gap };
+            // All roots of Σ c_k t^k are below 1 + max |c_k/c_n|.
+            let highest = gap.iter().rev().find(|c| **c != 0.0)?;
+            let last = gap.iter().map(|c| (c / highest).abs()).fold(1.0, f64::max) + 1.0;
+            let dt = first_root(&front, ORDER, last.min(end - t))?;
+            t += dt;
+            if !(t < end) {
+                return None;
+            }
+            if !behind && is_between(piece, &position(t), size) {
+                return Some(t * self.unit);
+            }
+            gap = shifted(&gap, dt);
+            (gap[0], behind) = (0.0, !behind);
+        }
+        None
     }
 }

@@ -150,8 +150,12 @@ impl BodyState {
         let lowest = own.clone().min_by(|&i, &j| self.points[i].h.total_cmp(&self.points[j].h));
         let mut first = f64::INFINITY;
         for i in lowest.into_iter().chain(own.filter(|&i| Some(i) != lowest)) {
-            if self.side_contact(i).is_some() {
-                found[i] = self.side_touchdown(i, first);
+            let is_side = self.side_contact(i).is_some();
+            if is_side || self.points[i].corner.is_some() {
+                found[i] = match is_side {
+                    true => self.side_touchdown(i, first),
+                    false => self.touches_corner(i, first),
+                };
                 first = found[i].map_or(first, |t| first.min(t));
                 continue;
             }
@@ -217,6 +221,8 @@ impl BodyState {
         after.center.fall(self.fall, dt);
         if !self.sides.is_empty() {
             after.fly_sides(self, dt);
+        } else if self.turns() {
+            after.fly_about(self, dt);
         }
         after
     }

@@ -117,8 +117,9 @@ impl BodyState {
     /// another event comes first.
     pub(crate) fn jams(&mut self, modes: &[Mode]) -> Option<usize> {
         let rows = self.independent(modes);
-        // The test of the loads below holds for contact points of the body.
-        if rows.iter().any(|row| self.side_contact(row.unknown.contact).is_some()) {
+        // The test of the loads below holds for contacts whose normals do not turn.
+        let turns = |i: usize| self.points[i].corner.is_some() || self.side_contact(i).is_some();
+        if rows.iter().any(|row| turns(row.unknown.contact)) {
             return None;
         }
         let (n, rho) = (rows.len(), self.rho2.sqrt());

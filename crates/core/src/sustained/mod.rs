@@ -15,6 +15,7 @@
 //! Every right-hand side is a product or a quotient, so the Taylor coefficients of the motion follow from each other exactly,
 //! to any order. A step is a polynomial, and its events are roots of polynomials.
 
+mod around;
 pub(crate) mod edges;
 mod endless;
 mod excitation;
@@ -77,6 +78,8 @@ pub(crate) struct ContactState {
     pub(crate) c: f64,
     /// R; 0 for a point.
     pub(crate) radius: f64,
+    /// The corner of the ground that the disc is over, relative to the nominal centre of mass, in m; `None` over a straight piece.
+    pub(crate) corner: Option<Vector2<f64>>,
     /// (t·r + b + R θ, n·r + c) when it began to be held, if it is held: its position up to a constant.
     pub(crate) held: Option<[f64; 2]>,
     pub(crate) place: Place,
@@ -90,9 +93,10 @@ pub(crate) struct ContactState {
 }
 
 impl ContactState {
-    /// Gives the contact the axes and the material of this piece of its ground. Gap, arm and rate are as before.
-    pub(crate) fn turns_to(&mut self, posture: &Posture, piece: &Piece) {
-        (self.tangent, self.normal) = (piece.tangent, piece.normal);
+    /// Gives the contact, at this place, the axes and the material of this piece of its ground. Gap, arm and rate are as before.
+    pub(crate) fn turns_to(&mut self, posture: &Posture, piece: &Piece, at: &Vector2<f64>) {
+        [self.tangent, self.normal] = piece.axes(at);
+        self.corner = piece.corner().map(|corner| corner - posture.center());
         [self.friction, self.restitution[0], self.surface_speed] =
             posture.material_on(self.place.contact, piece);
     }
@@ -159,8 +163,7 @@ impl BodyState {
 
     /// Speed of a contact along its ground, in m/s: of the centre, if it is round.
     pub(crate) fn along(&self, i: usize) -> f64 {
-        let p = &self.points[i];
-        p.tangent.dot(&self.center.v) - p.c * self.spin.omega
+        self.along_of(&self.points[i])
     }
 
     /// √(2T) for unit mass, in m/s, in the frame of the ground under these points; ∞ if their grounds do not move alike.

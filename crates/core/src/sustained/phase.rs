@@ -49,10 +49,11 @@ impl BodyState {
     }
 
     /// (−b ω², −c ω² − 2 ω v_t): the accelerations of a closed contact that the motion of the body causes without any q̈; the last term is that
-    /// of a corner of the ground that slides along a side.
+    /// of a corner of the ground that slides along a side. It is w²/R where a disc turns about a corner.
     pub(super) fn bias(&self, i: usize, way: Option<i8>, omega_squared: f64) -> [f64; 2] {
         let p = &self.points[i];
-        let turning = if way.is_some_and(|way| way != 0) { self.coriolis(i) } else { 0.0 };
+        let turns = p.corner.is_some() || way.is_some_and(|way| way != 0);
+        let turning = if turns { self.coriolis(i) } else { 0.0 };
         [-p.b * omega_squared, -p.c * omega_squared - turning]
     }
 

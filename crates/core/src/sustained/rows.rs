@@ -446,7 +446,11 @@ impl BodyState {
             let p = &mut self.points[i];
             let along = p.tangent.dot(&r) + p.b;
             let rolled = if p.radius > 0.0 { along + p.radius * theta } else { along };
-            p.held = Some(if turns { [p.b, p.c] } else { [rolled, p.normal.dot(&r) + p.c] });
+            p.held = Some(match p.corner {
+                Some(_) => [p.radius * (p.bearing() + theta), p.radius],
+                None if turns => [p.b, p.c],
+                None => [rolled, p.normal.dot(&r) + p.c],
+            });
         }
         let sliding = |mode: &Mode| if *mode == Mode::Separate { *mode } else { Mode::Right };
         let rows =

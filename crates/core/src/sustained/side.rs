@@ -91,6 +91,7 @@ impl SideContact {
             u: 0.0,
             rounding: Rounding::default(),
             radius: 0.0,
+            corner: None,
         };
         self.set_place(&mut point, state.center.r, state.spin.theta);
         let (v, omega) = (state.center.v, state.spin.omega);
@@ -149,9 +150,14 @@ impl BodyState {
         others.next()
     }
 
-    /// The term 2 ω v_t of the acceleration of the gap of point `i`: zero for a point of the body.
+    /// The acceleration of point `i` into its ground because its normal turns: 2 ω v_t of a corner of the ground on a side, −w²/D of a disc over
+    /// a corner, otherwise zero.
     pub(super) fn coriolis(&self, i: usize) -> f64 {
-        self.side_contact(i).map_or(0.0, |_| 2.0 * self.spin.omega * self.slip(i))
+        match (self.points[i].corner, self.side_contact(i)) {
+            (Some(_), _) => self.turns_about(&self.points[i]),
+            (_, Some(_)) => 2.0 * self.spin.omega * self.slip(i),
+            _ => 0.0,
+        }
     }
 
     /// Computes axes and arms of all corners of the ground from the place of the body.
@@ -233,8 +239,7 @@ impl BodyState {
         0.5 * free.min(longest)
     }
 
-    /// When the gap of point `i`, a corner of the ground, falls to zero in flight, if before `limit` (s). With the bound K of |ḧ|, a gap
-    /// h + u s − ½ K s² > 0 stays open, and a rate u + K s < 0 keeps its sign.
+    /// When the gap of point `i`, a corner of the ground, falls to zero in flight, if before `limit` (s).
     pub(super) fn side_touchdown(&self, i: usize, limit: f64) -> Option<f64> {
         let (p, omega) = (&self.points[i], self.spin.omega.abs());
         let longest = if omega > 0.0 { LONGEST_TURN / omega } else { f64::INFINITY };
@@ -243,45 +248,57 @@ impl BodyState {
             t = self.leaves_side(i, longest);
             [h, u] = self.side_flown(i, t);
         }
-        for _ in 0..MOST_STEPS {
-            let left = limit - t;
-            if !(left > 0.0) {
-                return None;
-            }
-            let mut step = longest.min(left);
-            if step == f64::INFINITY {
-                // Without rotation the gap is a parabola.
-                let pull = -p.normal.dot(&self.fall);
-                let dt = parabola_touchdown(h, u, pull);
-                return (dt < f64::INFINITY).then_some(t + dt);
-            }
-            let [k, ..] = self.gap_bounds(i, t + step);
-            // The first time at which h + u s − ½ K s² is zero.
-            let free = (u + (u * u + 2.0 * k * h).sqrt()) / k;
-            if u < 0.0 {
-                // Within this time the rate stays negative.
-                let falls = step.min(-u / k * 0.5);
-                let [end, _] = self.side_flown(i, t + falls);
-                if end <= 0.0 {
-                    let at = |s: f64| {
-                        let [h, u] = self.side_flown(i, s);
-                        (h, u)
-                    };
-                    return Some(bracketed(t, t + falls, at));
-                }
-            }
-            step = step.min(free.max(f64::EPSILON * t).max(f64::MIN_POSITIVE));
-            t += step;
-            [h, u] = self.side_flown(i, t);
-            if h <= 0.0 {
-                if u <= 0.0 {
-                    return Some(t);
-                }
-                h = 0.0;
+        if longest == f64::INFINITY && t < limit {
+            // Without rotation the gap is a parabola.
+            let dt = parabola_touchdown(h, u, -p.normal.dot(&self.fall));
+            return (dt < f64::INFINITY).then_some(t + dt);
+        }
+        let step = |t: f64, _| (longest, self.gap_bounds(i, t + longest.min(limit - t))[0]);
+        first_zero((t, [h, u]), limit, |t| self.side_flown(i, t), step)
+    }
+}
+
+/// When a gap that is open at the start, or opens there, falls to zero, if before `limit` (s). `start`: a time, with the gap and the rate then.
+/// `step`: from a time and a gap, how long to go at most (s), and a bound K of |ḧ| so long. A gap h + u s − ½ K s² > 0 stays open, and a rate
+/// u + K s < 0 keeps its sign.
+pub(super) fn first_zero(
+    (mut t, [mut h, mut u]): (f64, [f64; 2]),
+    limit: f64,
+    flown: impl Fn(f64) -> [f64; 2],
+    step: impl Fn(f64, f64) -> (f64, f64),
+) -> Option<f64> {
+    for _ in 0..MOST_STEPS {
+        let left = limit - t;
+        if !(left > 0.0) {
+            return None;
+        }
+        let (longest, k) = step(t, h);
+        let mut step = longest.min(left);
+        // The first time at which h + u s − ½ K s² is zero.
+        let free = (u + (u * u + 2.0 * k * h).sqrt()) / k;
+        if u < 0.0 {
+            // Within this time the rate stays negative.
+            let falls = step.min(-u / k * 0.5);
+            let [end, _] = flown(t + falls);
+            if end <= 0.0 {
+                let at = |s: f64| {
+                    let [h, u] = flown(s);
+                    (h, u)
+                };
+                return Some(bracketed(t, t + falls, at));
             }
         }
-        None
+        step = step.min(free.max(f64::EPSILON * t).max(f64::MIN_POSITIVE));
+        t += step;
+        [h, u] = flown(t);
+        if h <= 0.0 {
+            if u <= 0.0 {
+                return Some(t);
+            }
+            h = 0.0;
+        }
     }
+    None
 }
 
 #[cfg(test)]

@@ -65,7 +65,7 @@ pub(crate) struct Step {
     /// Time up to which the series are accurate to the last digit, in units.
     pub(super) reach: f64,
     pub(super) order: usize,
-    /// The corners of the ground on sides.
+    /// The points whose normals turn.
     pub(super) turning: Vec<TurningPoint>,
 }
 
@@ -184,12 +184,13 @@ impl BodyState {
     }
 }
 
-/// A corner of the ground on a side, as series.
+/// A corner of the ground on a side or on a disc, as series.
 #[derive(Debug, Clone)]
 pub(super) struct TurningPoint {
     /// The point.
     pub(super) point: usize,
-    pub(super) side: SideContact,
+    /// `None`: it is on a disc.
+    pub(super) side: Option<SideContact>,
     pub(super) normal: [Series; 2],
     pub(super) b: Series,
     pub(super) c: Series,
@@ -441,8 +442,8 @@ impl Step {
         let pull = |k: usize| pull.get(k).copied().unwrap_or_default();
         let mut tracks: Vec<Track> =
             (0..state.points.len()).map(|i| Track::new(state, modes, i, unit)).collect();
-        if !state.sides.is_empty() {
-            return Self::with_sides(independent, state, modes, order, unit, tracks);
+        if state.turns() {
+            return Self::with_turning_normals(independent, state, modes, order, unit, tracks);
         }
         let parallel = state.parallel(independent);
         let level = parallel.is_some_and(|pair| state.is_level(pair));
@@ -588,6 +589,21 @@ impl Step {
         let (track, p) = (&self.tracks[i], &state.points[i]);
         let [t, n] = [p.tangent, p.normal].map(|axis| across.dot(&axis));
         let mut way = ZERO;
+        let about = |_: &&TurningPoint| p.radius > 0.0 && !track.centered;
+        if let Some(TurningPoint { normal, .. }) = self.turning(i).filter(about) {
+            // The centre is at D n from its corner.
+            for (k, way) in way.iter_mut().enumerate().skip(1) {
+                let n = |k: usize| across.x * normal[0][k] + across.y * normal[1][k];
+                *way = p.radius * n(k);
+                if track.mode == Mode::Separate {
+                    *way += (0..=k).map(|j| track.h[j] * n(k - j)).sum::<f64>();
+                }
+            }
+            if track.leaves_corner {
+                way[..3].fill(0.0);
+            }
+            return way;
+        }
         match track.mode {
             Mode::Fixed if track.stuck && track.radius == 0.0 => {
                 way[1] = t * p.surface_speed * self.unit;
@@ -627,7 +643,7 @@ impl Step {
     /// Distances of a point from the separating lines at the start and at the end of its piece of terrain.
     fn sides(&self, i: usize, state: &BodyState) -> [Series; 2] {
         let place = &state.points[i].place;
-        if let Some(TurningPoint { b, .. }) = self.turning(i) {
+        if let Some(TurningPoint { b, side: Some(_), .. }) = self.turning(i) {
             let mut sides = [*b, b.map(|b| -b)];
             (sides[0][0], sides[1][0]) = (place.sides[0], place.sides[1]);
             return sides;
@@ -803,13 +819,10 @@ impl Step {
             .rev()
             .fold([0.0; 2], |sum, e| [sum[0] * t + e[0], sum[1] * t + e[1]])
             .map(|sum| sum * t);
-        let first_side = state.sides.iter().map(|side| side.contact).min().unwrap_or(usize::MAX);
         for (i, (p, track)) in after.points.iter_mut().zip(&self.tracks).enumerate() {
             let [b, c] = track.arm;
             (p.b, p.c) = (b + dot([b, -c], turned), c + dot([c, b], turned));
-            if p.place.contact >= first_side
-                && let Some(turning) = self.turning(i)
-            {
+            if let Some(turning) = self.turning(i) {
                 let [nx, ny] = turning.normal.each_ref().map(&value);
                 (p.normal, p.tangent) = (Vector2::new(nx, ny), Vector2::new(ny, -nx));
                 (p.b, p.c) = (value(&turning.b), value(&turning.c));
@@ -862,10 +875,13 @@ impl Step {
                 let Unknown { contact, tangential } = row.unknown;
                 let p = &after.points[contact];
                 let axis = if tangential { p.tangent } else { p.normal };
-                let lever = lever(contact, tangential);
                 // A fixed contact moves with its ground.
                 let way = if tangential { p.surface_speed * t * self.unit } else { 0.0 };
-                let mut off = axis.dot(&moved) + lever - way;
+                let mut off = match p.corner {
+                    Some(_) => state.points[contact].off_corner(moved, turned, angle)
+                        [usize::from(!tangential)],
+                    None => axis.dot(&moved) + lever(contact, tangential) - way,
+                };
                 if let Some(place) = p.held {
                     // Rounding errors add up over steps: a larger drift is corrected by the position itself.
                     let r = state.center.r + moved;
@@ -875,9 +891,11 @@ impl Step {
                         let rolled = p.radius * (after.spin.theta);
                         (arm, size) = (arm + rolled, size + rolled.abs());
                     }
-                    let drift = match self.turning(contact) {
-                        Some(turning) => turning.side.drift(p, r, place[0])[at],
-                        None => axis.dot(&r) + arm - place[at],
+                    let side = self.turning(contact).and_then(|turning| turning.side);
+                    let drift = match (p.corner, side) {
+                        (Some(corner), _) => p.drift_about(corner, r, after.spin.theta, place)[at],
+                        (_, Some(side)) => side.drift(p, r, place[0])[at],
+                        _ => axis.dot(&r) + arm - place[at],
                     };
                     let light =
                         state.gravity * drift.abs() <= DRIFT_ENERGY * after.kinetic(after.center.v);
@@ -908,6 +926,7 @@ impl Step {
         }
         after.center.r += moved;
         after.place_sides();
+        after.place_about();
         after
     }
 }
@@ -930,6 +949,7 @@ mod tests {
             b: x * cos + 0.75 * sin,
             c: x * sin - 0.75 * cos,
             radius: 0.0,
+            corner: None,
             held: None,
             place: Place::anywhere(i),
             h: 0.0,

@@ -1,12 +1,14 @@
-//! The Taylor series of the motion where a contact has a normal that turns with the body: a corner of the ground on a side.
+//! The Taylor series of the motion where a contact has a normal that turns: a corner of the ground on a side, or on a disc.
 //!
 //! Every row and every force is a series. With e the rows and d the directions of the forces, and B and A their levers, the coefficients k are
 //!
 //! ```text
 //! Σ_j e_j·a_{k−j} + B_j α_{k−j} = r_k,    a = γ + Σ_l d_l f_l,    ρ² α = Σ_l A_l f_l
-//! normal rows:      r = c ω² (point of the body),    c ω² + 2 ω v_t (corner of the ground)
+//! normal rows:      r = c ω² (point of the body),    c ω² + 2 ω v_t (corner on a side),    c ω² + w Ω (corner on a disc)
 //! tangential rows:  r = b ω²
 //! ```
+//!
+//! Ω is the rate at which the axes turn: 0, ω, or −w/D; w is the speed of the centre of the disc about the corner.
 //!
 //! Only f_k is unknown; it has the same matrix at every order.
 
@@ -27,20 +29,66 @@ const LONGEST: f64 = 8.0;
 /// A vector as a series.
 type Vectors = [Series; 2];
 
+/// How the axes of a point turn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Turns {
+    Not,
+    /// With the body: a corner of the ground on a side.
+    WithBody,
+    /// With the centre of a disc about a corner of the ground.
+    About,
+}
+
 /// Axes and arm of a point as series.
 struct Frame {
-    turns: bool,
+    turns: Turns,
     normal: Vectors,
     tangent: Vectors,
     b: Series,
     c: Series,
+    radius: f64,
+    /// w and Ω, of a disc about a corner.
+    speed: Series,
+    rate: Series,
 }
 
 impl Frame {
-    fn new(p: &ContactState, turns: bool) -> Self {
+    fn new(p: &ContactState, is_side: bool) -> Self {
         let vectors = |v: Vector2<f64>| [constant(v.x), constant(v.y)];
         let (normal, tangent) = (vectors(p.normal), vectors(p.tangent));
-        Self { turns, normal, tangent, b: constant(p.b), c: constant(p.c) }
+        let turns = match (is_side, p.corner) {
+            (true, _) => Turns::WithBody,
+            (_, Some(_)) => Turns::About,
+            _ => Turns::Not,
+        };
+        let [b, c] = [p.b, p.c].map(constant);
+        Self { turns, normal, tangent, b, c, radius: p.radius, speed: ZERO, rate: ZERO }
+    }
+
+    /// −(c − R), the lever of the tangential row.
+    fn down(&self) -> Series {
+        let mut down = self.c.map(|c| -c);
+        down[0] += self.radius;
+        down
+    }
+
+    /// Coefficient k of w and Ω of a disc about a corner, with Ω D = −w. `v`, `omega`: those of the body.
+    fn turn_about(&mut self, track: &Track, v: &Vectors, omega: &Series, k: usize) {
+        if self.turns != Turns::About {
+            return;
+        }
+        // Of a closed contact D = R, and v_t = w + R ω, which is zero where it rolls.
+        self.speed[k] = match (track.mode, track.stuck) {
+            (Mode::Separate, _) => dot(&self.tangent, v, k) - product(&self.c, omega, k),
+            (_, true) => -self.radius * omega[k],
+            (_, false) => track.slip[k] - self.radius * omega[k],
+        };
+        let (mut known, mut distance) = (self.speed[k], self.radius);
+        if track.mode == Mode::Separate {
+            known += (1..=k).map(|j| track.h[j] * self.rate[k - j]).sum::<f64>();
+            distance += track.h[0];
+        }
+        self.rate[k] = -known / distance;
     }
 }
 
@@ -77,10 +125,11 @@ impl Force {
     }
 
     fn lever(&self, frame: &Frame) -> Series {
+        let down = frame.down();
         if self.unknown.tangential {
-            return frame.c.map(|c| -c);
+            return down;
         }
-        std::array::from_fn(|k| frame.b[k] - self.slope * frame.c[k])
+        std::array::from_fn(|k| frame.b[k] + self.slope * down[k])
     }
 }
 
@@ -89,7 +138,7 @@ fn axis(unknown: Unknown, frame: &Frame) -> &Vectors {
 }
 
 fn lever(unknown: Unknown, frame: &Frame) -> Series {
-    if unknown.tangential { frame.c.map(|c| -c) } else { frame.b }
+    if unknown.tangential { frame.down() } else { frame.b }
 }
 
 /// The motion of the body: its acceleration, the angular one, ω and ω².
@@ -108,9 +157,11 @@ impl Frame {
             true => product(&self.b, body.square, k),
             false => product(&self.c, body.square, k),
         };
-        let turning = match self.turns && !u.tangential {
-            true => 2.0 * product(body.omega, &track.slip, k),
-            false => 0.0,
+        let turning = match self.turns {
+            _ if u.tangential => 0.0,
+            Turns::Not => 0.0,
+            Turns::WithBody => 2.0 * product(body.omega, &track.slip, k),
+            Turns::About => product(&self.speed, &self.rate, k),
         };
         curved + turning
             - rest(&axis[0], &body.a[0], k)
@@ -137,17 +188,17 @@ impl Frame {
         let next = 1.0 / (k + 1) as f64;
         let lift = dot(&self.normal, body.a, k) + product(&self.b, body.alpha, k)
             - product(&self.c, body.square, k);
-        let slide = dot(&self.tangent, body.a, k)
-            - product(&self.c, body.alpha, k)
+        let slide = dot(&self.tangent, body.a, k) + product(&self.down(), body.alpha, k)
             - product(&self.b, body.square, k);
-        let mut turning = [0.0; 2];
-        if self.turns {
-            turning = [
-                -2.0 * product(body.omega, &track.slip, k),
-                2.0 * product(body.omega, &track.u, k),
-            ];
-        }
-        let slips = !track.stuck && (self.turns || track.mode != Mode::Separate);
+        let turning = match self.turns {
+            Turns::Not => [0.0; 2],
+            Turns::WithBody => {
+                [-2.0 * product(body.omega, &track.slip, k), 2.0 * product(body.omega, &track.u, k)]
+            }
+            Turns::About => [-product(&self.speed, &self.rate, k), 0.0],
+        };
+        let is_side = self.turns == Turns::WithBody;
+        let slips = !track.stuck && (is_side || track.mode != Mode::Separate);
         let (rate, slip) = (track.u[k], if slips { track.slip[k] } else { 0.0 });
         if track.mode == Mode::Separate && !track.pinned {
             track.h[k + 1] = rate * next;
@@ -156,17 +207,35 @@ impl Frame {
         if slips {
             track.slip[k + 1] = (slide + turning[1]) * next;
         }
-        if self.turns {
-            let closed = track.mode != Mode::Separate;
-            self.b[k + 1] = -slip * next;
-            self.c[k + 1] = if closed { 0.0 } else { -rate * next };
-            for axis in 0..2 {
-                self.normal[axis][k + 1] = cos * p.normal[axis] - sin * p.tangent[axis];
-                self.tangent[axis][k + 1] = cos * p.tangent[axis] + sin * p.normal[axis];
+        match self.turns {
+            Turns::Not => {
+                self.b[k + 1] = p.b * cos - p.c * sin;
+                self.c[k + 1] = p.c * cos + p.b * sin;
             }
-        } else {
-            self.b[k + 1] = p.b * cos - p.c * sin;
-            self.c[k + 1] = p.c * cos + p.b * sin;
+            Turns::WithBody => {
+                let closed = track.mode != Mode::Separate;
+                self.b[k + 1] = -slip * next;
+                self.c[k + 1] = if closed { 0.0 } else { -rate * next };
+                for axis in 0..2 {
+                    self.normal[axis][k + 1] = cos * p.normal[axis] - sin * p.tangent[axis];
+                    self.tangent[axis][k + 1] = cos * p.tangent[axis] + sin * p.normal[axis];
+                }
+            }
+            Turns::About => {
+                // ṅ = −Ω t, ṫ = Ω n, and the arm turns with ω − Ω in these axes.
+                let turn = |of: &Series, k: usize| {
+                    (0..=k).map(|j| of[j] * (body.omega[k - j] - self.rate[k - j])).sum::<f64>()
+                };
+                let [b, c] = [-turn(&self.c, k) * next, turn(&self.b, k) * next];
+                for axis in 0..2 {
+                    let [n, t] = [
+                        -product(&self.rate, &self.tangent[axis], k),
+                        product(&self.rate, &self.normal[axis], k),
+                    ];
+                    (self.normal[axis][k + 1], self.tangent[axis][k + 1]) = (n * next, t * next);
+                }
+                (self.b[k + 1], self.c[k + 1]) = (b, c);
+            }
         }
     }
 }
@@ -191,8 +260,8 @@ fn matrix_of(
     let length = |force: &Force| {
         let (p, bent) = (&points[force.unknown.contact], force.slope.abs());
         let reach = match force.unknown.tangential {
-            true => p.c.abs(),
-            false => p.b.abs() + bent * p.c.abs(),
+            true => p.touching_c().abs(),
+            false => p.b.abs() + bent * p.touching_c().abs(),
         };
         let square = |row: &Force| {
             let arm = lever(row.unknown, &frames[row.unknown.contact])[0].abs();
@@ -212,7 +281,7 @@ fn reach(tracks: &[Track], frames: &[Frame], omega: &Series, order: usize) -> f6
     all.push(ends(omega));
     for (frame, track) in frames.iter().zip(tracks) {
         all.extend([ends(&frame.b), ends(&frame.c)]);
-        if frame.turns {
+        if frame.turns != Turns::Not {
             // The turned axes, with unit size.
             let mut turned = ends(&frame.normal[0]);
             let other = ends(&frame.normal[1]);
@@ -249,8 +318,8 @@ fn determinant_of(forces: &[Force], frames: &[Frame], rho2: f64, order: usize) -
 }
 
 impl Step {
-    /// As `in_units`, with corners of the ground on sides.
-    pub(super) fn with_sides(
+    /// As `in_units`, with normals that turn.
+    pub(super) fn with_turning_normals(
         independent: &[Row],
         state: &BodyState,
         modes: &[Mode],
@@ -279,6 +348,9 @@ impl Step {
         for k in 0..order {
             let next = 1.0 / (k + 1) as f64;
             square[k] = product(&omega, &omega, k);
+            for (frame, track) in frames.iter_mut().zip(&tracks) {
+                frame.turn_about(track, &v, &omega, k);
+            }
             let directions: SmallVec<[(Vectors, Series); 3]> = forces
                 .iter()
                 .map(|force| {
@@ -348,10 +420,13 @@ impl Step {
         let turning = frames
             .into_iter()
             .enumerate()
-            .filter(|(_, frame)| frame.turns)
-            .filter_map(|(point, frame)| {
-                let side = *state.side_contact(point)?;
-                Some(TurningPoint { point, side, normal: frame.normal, b: frame.b, c: frame.c })
+            .filter(|(_, frame)| frame.turns != Turns::Not)
+            .map(|(point, frame)| TurningPoint {
+                point,
+                side: state.side_contact(point).copied(),
+                normal: frame.normal,
+                b: frame.b,
+                c: frame.c,
             })
             .collect();
         Some(Box::new(Self {
@@ -370,7 +445,7 @@ impl Step {
         }))
     }
 
-    /// The corner of the ground on a side that point `i` is.
+    /// The turning normal of point `i`, if it has one.
     pub(super) fn turning(&self, i: usize) -> Option<&TurningPoint> {
         self.turning.iter().find(|turning| turning.point == i)
     }
