@@ -98,6 +98,56 @@ def test_thrown_discs_stay_on_the_ground_and_gain_no_energy():
     assert outcomes["rest"] > 0.02 * THROWS
 
 
+def cart(rng):
+    """A body on two or three discs and, at times, a point, over one of these grounds, and its velocity."""
+    terrain = [(float(x), float(y)) for x, y in rng.choice([stairs, table, rough, slot, bump])(rng)]  # fmt: skip
+    x, top = [v[0] for v in terrain], max(v[1] for v in terrain)
+    at = np.array([rng.uniform(max(min(x), -1), min(max(x), 1.5)), top + rng.uniform(0.6, 1.6)])  # fmt: skip
+    count, apart, radius = rng.integers(2, 4), rng.uniform(0.2, 0.8), rng.uniform(0.05, 0.4)  # fmt: skip
+    contacts = []
+    for k in range(count):
+        center = tuple(map(float, at + [(k - (count - 1) / 2) * apart, rng.uniform(0, 0.2) * rng.integers(2)]))  # fmt: skip
+        if rng.random() < 0.2:
+            contacts.append(sf.Contact(center, friction=float(rng.uniform(0, 1))))
+        else:
+            friction = float(rng.choice([0, rng.uniform(0, 1.5)]))
+            size = radius * float(rng.choice([1, rng.uniform(0.5, 1.5)]))
+            contacts.append(sf.Contact(center=center, radius=size, friction=friction))
+    mass_at = tuple(map(float, at + [rng.uniform(-0.2, 0.2), rng.uniform(0, 0.4)]))
+    restitution = float(rng.choice([0, rng.uniform(0, 0.8)]))
+    body = sf.Posture(1, float(rng.uniform(0.1, 0.6)), mass_at, contacts, restitution, terrain=terrain)  # fmt: skip
+    return body, (*map(float, rng.normal(size=2)), 3 * rng.normal() * rng.integers(2))
+
+
+def test_bodies_on_several_discs_stay_on_the_ground():
+    """Where a disc comes nearer to the ground than its radius, it comes from behind: its centre is in the ground, or beyond an end of the terrain."""
+    ran = 0
+    for k in range(THROWS):
+        rng = np.random.default_rng([66, k])
+        try:
+            body, qdot = cart(rng)
+        except ValueError:
+            continue  # a point beside the terrain
+        ran += 1
+        law = str(rng.choice(LAWS))
+        run = sf.simulate(body, (0, 0, 0), qdot, model="full", impact=law, time_limit=3.0, event_limit=20_000)  # fmt: skip
+        times = np.linspace(0, run.time, 2001)
+        q, _ = run.at(times)
+        for contact in body.contacts:
+            if contact.radius == 0:
+                continue
+            center = centres(body, q, np.array(contact.center) - body.center_of_mass)
+            pieces = itertools.pairwise(np.array(body.terrain))
+            near = np.min([depths.distance(center, a, b) for a, b in pieces], axis=0)
+            deep = near < contact.radius * (1 - 1e-8)
+            if deep.any():
+                first = center[np.argmax(deep)]
+                low, high = body.terrain[0][0], body.terrain[-1][0]
+                behind = depths.in_ground(first[None], body.terrain)[0] > 0
+                assert behind or not low <= first[0] <= high, k
+    assert ran > 0.9 * THROWS
+
+
 def rolled_off(speed, radius, friction, time):
     """q of a solid disc that rolls on a floor from (0, R) on, off its end at x = 1, and when it slips there and lifts off, by integration. With φ
     the angle of the centre from the vertical over the end, clockwise, N = g cos φ − R φ̇² and f the friction, both per unit mass,

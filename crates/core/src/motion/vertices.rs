@@ -86,7 +86,10 @@ impl OnGround<'_, '_> {
         }
         let velocity = old.tangent * self.state.along(i) + old.normal * old.u;
         p.turns_to(&self.ground.posture, piece, &at);
+        // The line along which an arc meets the piece beside it goes on behind the corner.
+        let behind = p.normal.dot(&old.normal) < 0.0 && (old.corner.or(p.corner)).is_some();
         let smooth = is_next
+            && !behind
             && usize::try_from(p.place.piece.max(old.place.piece))
                 .is_ok_and(|start| ground.is_smooth(start));
         (p.b, p.c) = (p.tangent.dot(&arm), p.normal.dot(&arm));
@@ -99,7 +102,7 @@ impl OnGround<'_, '_> {
             return p;
         }
         let (height, touch) = (piece.height(&at), TOUCH * self.ground.posture.size());
-        let known = old.h < f64::INFINITY && is_next;
+        let known = old.h < f64::INFINITY && is_next && !behind;
         let at_joint = separated && old.h <= error && height.abs() <= error;
         if known && at_joint {
             (p.h, p.place.sides[1 - side]) = (0.0, 0.0);

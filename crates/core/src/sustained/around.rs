@@ -209,7 +209,8 @@ mod tests {
     use crate::body::terrain::Place;
     use crate::collisions::log::{Center, Spin};
     use crate::math::random::Random;
-    use crate::sustained::Rounding;
+    use crate::modes::Mode;
+    use crate::sustained::{Rounding, Step};
 
     /// A body whose only contact is a disc of radius 0.3, `h` above a corner at (0.2, −0.1) from the nominal centre of mass.
     fn over_corner(random: &mut Random, h: f64) -> BodyState {
@@ -307,5 +308,63 @@ mod tests {
             }
         }
         assert!(found > 300, "{found}");
+    }
+
+    /// While two discs are held, one on a corner and one on a slope, in all words, the series keep both on their ground.
+    #[test]
+    fn two_discs_stay_on_their_ground() {
+        let mut random = Random(7);
+        let mut words = 0;
+        for k in 0..400 {
+            let in_air = k % 4 == 3;
+            let h = if in_air { random.between(0.0, 0.5) } else { 0.0 };
+            let mut state = over_corner(&mut random, h);
+            let slope = random.between(-1.0, 1.0);
+            let mut other = ContactState { corner: None, radius: 0.2, ..state.points[0] };
+            (other.normal, other.tangent) =
+                (Vector2::new(-slope.sin(), slope.cos()), Vector2::new(slope.cos(), slope.sin()));
+            let arm = Vector2::new(random.between(-0.5, 0.5), random.between(-0.5, 0.5));
+            (other.b, other.c) = (other.tangent.dot(&arm), other.normal.dot(&arm));
+            other.place = Place::anywhere(1);
+            state.points.push(other);
+            let word = [
+                [Mode::Left, Mode::Right, Mode::Fixed, Mode::Separate][k % 4],
+                [Mode::Right, Mode::Left, Mode::Fixed][k / 4 % 3],
+            ];
+            if state.is_fixed(&word) {
+                continue;
+            }
+            state.hold(&word);
+            state.project(&word);
+            let p = &mut state.points[0];
+            p.u = p.normal.dot(&state.center.v) + p.b * state.spin.omega;
+            let Some(step) = Step::new(&state, &word, 21) else { continue };
+            words += 1;
+            let t = step.reach();
+            for share in [0.1, 0.3, 1.0] {
+                let after = step.at(&state, share * t);
+                let p = &after.points[1];
+                let moved = after.center.r - state.center.r;
+                let off = p.normal.dot(&moved) + p.c - state.points[1].c;
+                let size = 1.0 + moved.norm();
+                assert!(off.abs() < 1e-13 * size, "{word:?} {off} {share} {:?}", after.center);
+                let raw = |series: &[f64]| {
+                    series.iter().rev().fold(0.0, |sum, c| sum * (share * t / step.unit) + c)
+                };
+                let r = Vector2::new(raw(&step.r[0]), raw(&step.r[1]));
+                assert!(
+                    (r - after.center.r).norm() < 1e-12 * size,
+                    "{word:?} {} {}",
+                    r,
+                    after.center.r
+                );
+                let p = &after.points[0];
+                let gap = distance(&after) - 0.3;
+                if gap > 0.0 {
+                    assert!((gap - p.h).abs() < 1e-13 * size, "{word:?} {gap} {}", p.h);
+                }
+            }
+        }
+        assert!(words > 200, "{words}");
     }
 }

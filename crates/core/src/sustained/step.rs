@@ -913,10 +913,19 @@ impl Step {
             }
             back = Vector3::new(0.0, 0.0, back.z);
         }
+        let apart = |[i, j]: [usize; 2]| after.points[i].b - after.points[j].b;
+        let about = |k: usize| {
+            let off = |_| state.points[k].off_corner(moved, turned, angle)[1];
+            after.points[k].corner.map(off)
+        };
+        let off = |k: usize| {
+            let straight = || after.points[k].normal.dot(&moved) + lever(k, false);
+            about(k).unwrap_or_else(straight)
+        };
         let turn = match after.parallel(&rows) {
+            Some([i, j]) if about(i).or(about(j)).is_some() => (off(j) - off(i)) / apart([i, j]),
             Some([i, j]) => {
-                let apart = after.points[i].b - after.points[j].b;
-                after.turned_by([i, j], moved) - (lever(i, false) - lever(j, false)) / apart
+                after.turned_by([i, j], moved) - (lever(i, false) - lever(j, false)) / apart([i, j])
             }
             None => back.z / state.rho2.sqrt(),
         };
