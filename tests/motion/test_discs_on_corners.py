@@ -106,14 +106,14 @@ def cart(rng):
     count, apart, radius = rng.integers(2, 4), rng.uniform(0.2, 0.8), rng.uniform(0.05, 0.4)  # fmt: skip
     contacts = []
     for k in range(count):
-        center = tuple(map(float, at + [(k - (count - 1) / 2) * apart, rng.uniform(0, 0.2) * rng.integers(2)]))  # fmt: skip
+        center = tuple(map(float, np.add(at, [(k - (count - 1) / 2) * apart, rng.uniform(0, 0.2) * rng.integers(2)])))  # fmt: skip
         if rng.random() < 0.2:
             contacts.append(sf.Contact(center, friction=float(rng.uniform(0, 1))))
         else:
             friction = float(rng.choice([0, rng.uniform(0, 1.5)]))
             size = radius * float(rng.choice([1, rng.uniform(0.5, 1.5)]))
             contacts.append(sf.Contact(center=center, radius=size, friction=friction))
-    mass_at = tuple(map(float, at + [rng.uniform(-0.2, 0.2), rng.uniform(0, 0.4)]))
+    mass_at = tuple(map(float, np.add(at, rng.uniform((-0.2, 0), (0.2, 0.4)))))
     restitution = float(rng.choice([0, rng.uniform(0, 0.8)]))
     body = sf.Posture(1, float(rng.uniform(0.1, 0.6)), mass_at, contacts, restitution, terrain=terrain)  # fmt: skip
     return body, (*map(float, rng.normal(size=2)), 3 * rng.normal() * rng.integers(2))
