@@ -359,3 +359,25 @@ def test_a_posture_on_a_corner_has_the_verdict_of_the_slope_there():
     assert verdicts[0].frictional_stability == verdicts[1].frictional_stability
     regions = [sf.equilibrium_region(posture) for posture in (on_corner, on_slope)]
     np.testing.assert_allclose(*regions, rtol=1e-12)
+
+
+@pytest.mark.parametrize("speed", [1.0, 2.0])
+def test_a_disc_leaves_an_edge_while_the_ground_shakes(speed):
+    """Under an acceleration of the ground that is linear between samples, beside 1 600 steps with its means: it rolls over the end, slips, and lifts
+    off once."""
+    disc = sf.Posture.disc(0.5, friction=0.4, restitution=0.2, terrain=[(-3, 0), (1, 0)])  # fmt: skip
+    times = np.array([0, 0.5, 1.2, 2.0, 3.0])
+    values = np.array([(0, 0), (0.3, 1), (-0.2, -1), (0.4, 0.5), (0, 0)], dtype=float)
+    fine = np.linspace(0, 3, 1601)
+    exact = np.stack([np.interp(fine, times, values[:, i]) for i in (0, 1)], axis=1)
+    steps = [*((exact[:-1] + exact[1:]) / 2), (0, 0)]
+    linear = sf.GroundMotion(times, values, interpolation="linear")
+    start = (0, 0, 0), (speed, 0, -speed / 0.5)
+    runs = [
+        sf.simulate(disc, *start, ground_motion=motion, time_limit=2.9)
+        for motion in (linear, sf.GroundMotion(fine, steps))
+    ]
+    np.testing.assert_allclose(runs[0].q, runs[1].q, rtol=0, atol=1e-5)
+    modes = [phase.mode for phase in runs[0].phases if phase.end - phase.start > 1e-12]
+    assert modes[-1] == "S"
+    assert modes.count("S") == 1

@@ -516,6 +516,14 @@ impl<'a> ContactPhase<'a> {
                 let changed = (0..changed.len()).filter(|&i| changed[i]);
                 changed.for_each(|i| step.emerges(body, i));
             }
+            if self.word.iter().all(|&mode| mode == Mode::Separate) {
+                // The body has just left the ground with these, by the change of the load or of their normals.
+                let leaves = |i: &usize| {
+                    let p = &body.points[*i];
+                    (p.h, p.u) == (0.0, 0.0) && body.known_pull(*i) == 0.0
+                };
+                (0..body.points.len()).filter(leaves).for_each(|i| step.lifts_off(i));
+            }
             match last {
                 Some(StretchEnd::LiftOff(i)) if self.word[i] == Mode::Separate => {
                     step.lifts_off(i);
