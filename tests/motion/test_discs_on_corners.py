@@ -262,6 +262,29 @@ def test_a_wheel_rolls_over_tiles_that_do_not_lie_level():
     np.testing.assert_allclose(run.qdot, (1, 0, -2), atol=1e-4)
 
 
+def test_a_disc_of_any_size_has_a_ground_or_an_error():
+    """In a ring that is open on one side, with its free side within: small discs fit, larger ones lie on its opening, and no size panics."""
+    fit, turns = 0, np.linspace(-1.5, 1.5 - 2 * math.pi, 40)
+    ring = [(math.sin(a), math.cos(a)) for a in turns[::-1]]
+    for terrain in (
+        ring,
+        ring[::-1],
+        [(-1, 0), (1, 0)],
+        [(0, 1), (0, 0), (1e-9, 0), (1e-9, 1)],
+    ):
+        for radius in 10.0 ** np.arange(-12, 76, 4):
+            contact = sf.Contact(center=(0, 3 * radius + 3), radius=radius)
+            try:
+                disc = sf.Posture(
+                    1, radius, contact.center, [contact], 0.5, terrain=terrain
+                )
+            except ValueError:
+                continue
+            assert np.isfinite(disc.gaps((0, 0, 0))[0])
+            fit += 1
+    assert fit > 40
+
+
 @pytest.mark.parametrize("law", LAWS)
 def test_an_impact_at_a_corner_is_that_at_its_tangent(law):
     """A disc with its centre of mass beside its centre falls on a corner, and on a slope that touches it at the same point: the same velocity."""

@@ -347,6 +347,10 @@ pub(crate) const SHORT_PART: f64 = 1e-13;
 /// joint. Reason: where two arcs nearly touch each other, their joint is known up to the square root of a rounding error. Range: 1e-10 to 1e-6.
 pub(crate) const SAME_JOINT: f64 = 1e-8;
 
+/// Rounding error of a place on a straight part of the ground of the centre of a disc. Unit: ε times the length of the part. Reason: a product and
+/// two sums. Range: 2 to 64.
+pub(crate) const PLACE_ON_PART: f64 = 8.0;
+
 /// Distance of a contact in its nominal position from a vertex that counts as zero. Unit: sum of the absolute coordinates of the contact.
 /// Coordinates are given with a rounding error of a few ε. Range: 2 ε to 16 ε.
 pub(crate) const SAME_VERTEX: f64 = 8.0 * f64::EPSILON;

@@ -21,7 +21,7 @@ use nalgebra::Vector2;
 use crate::body::fields::Surface;
 use crate::body::terrain::{End, Ground, Piece, bisector, slope_of};
 use crate::math::orientation::area;
-use crate::tolerance::{SAME_JOINT, SHORT_PART};
+use crate::tolerance::{PLACE_ON_PART, SAME_JOINT, SHORT_PART};
 
 /// A part of the raised ground before anything is cut off: a line, or an arc about a corner, with its axes at the start.
 #[derive(Debug, Clone, Copy)]
@@ -272,6 +272,9 @@ impl Ground {
     ///
     /// An interval that no other one follows, in words.
     fn in_turn(parts: &[Part], all: &[Kept], radius: f64) -> Result<Vec<Kept>, String> {
+        if all.is_empty() {
+            return Err("another one: it touches no piece of the terrain".into());
+        }
         let (mut chain, mut next) = (Vec::with_capacity(all.len()), 0);
         loop {
             let now = all[next];
@@ -281,7 +284,11 @@ impl Ground {
             }
             let end = parts[now.part].at(now.to, radius);
             let away = |j: &usize| (parts[all[*j].part].at(all[*j].from, radius) - end).norm();
-            let follows = |j: &usize| away(j) <= SAME_JOINT * (radius + end.amax());
+            let long = |part: usize| if parts[part].is_arc { 0.0 } else { parts[part].length };
+            let follows = |j: &usize| {
+                let rounding = f64::EPSILON * (long(now.part) + long(all[*j].part));
+                away(j) <= SAME_JOINT * (radius + end.amax()) + PLACE_ON_PART * rounding
+            };
             next = (next + 1..all.len()).find(follows).ok_or_else(|| {
                 format!(
                     "another one: its centre has no way on from ({:?}, {:?}) m, where it touches the ground twice",

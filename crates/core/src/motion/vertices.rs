@@ -65,7 +65,7 @@ impl OnGround<'_, '_> {
             p.place = ground.place(contact, p.place.piece + step, &at);
         }
         let is_next = p.place.piece == piece + step;
-        let separated = p.place.across[1 - side] != old.place.across[side];
+        let separated = ground.raised > 0.0 && p.place.across[1 - side] != old.place.across[side];
         // Beside an arc two lines separate the pieces: the distances from both are known up to the rounding error of the place.
         let error = self.state.position_error(i, &self.ground.posture);
         if separated && p.place.sides[1 - side] < 0.0 {
