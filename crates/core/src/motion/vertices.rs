@@ -87,7 +87,8 @@ impl OnGround<'_, '_> {
         let velocity = old.tangent * self.state.along(i) + old.normal * old.u;
         p.turns_to(&self.ground.posture, piece, &at);
         // The line along which an arc meets the piece beside it goes on behind the corner.
-        let behind = p.normal.dot(&old.normal) < 0.0 && (old.corner.or(p.corner)).is_some();
+        let is_arc = old.corner.or(p.corner).is_some();
+        let behind = is_arc && !separated && p.normal.dot(&old.normal) < 0.0;
         let smooth = is_next
             && !behind
             && usize::try_from(p.place.piece.max(old.place.piece))
