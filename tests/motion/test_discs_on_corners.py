@@ -148,6 +148,32 @@ def test_bodies_on_several_discs_stay_on_the_ground():
     assert ran > 0.9 * THROWS
 
 
+def test_elastic_discs_on_corners_keep_their_energy():
+    """Restitution 1, no friction: over random ground the energy is constant."""
+    for k in range(100):
+        rng = np.random.default_rng([71, k])
+        disc, qdot, _ = thrown(rng)
+        smooth = sf.Contact(center=disc.contacts[0].center, radius=disc.contacts[0].radius)  # fmt: skip
+        disc = sf.Posture(1, disc.gyration_radius, disc.center_of_mass, [smooth], 1.0, terrain=disc.terrain)  # fmt: skip
+        run = sf.simulate(disc, (0, 0, 0), qdot, model="full", time_limit=3.0)
+        q, v = run.at(np.linspace(0, run.time, 50))
+        kinetic = 0.5 * (v[:, 0] ** 2 + v[:, 1] ** 2 + (disc.gyration_radius * v[:, 2]) ** 2)  # fmt: skip
+        energy = kinetic + G * q[:, 1]
+        assert np.abs(energy - energy[0]).max() < 1e-12 * kinetic.max(), k
+
+
+def test_a_ball_bounces_to_rest_on_the_tip_of_a_corner():
+    """It falls h = 0.7 m straight on it: as on level ground it rests after √(2h/g) (1 + e)/(1 − e), balanced; 1 nm beside it rolls off."""
+    contact = sf.Contact(center=(0, 1), radius=0.3, friction=0.5)
+    ball = sf.Posture(1, 0.1, (0, 1), [contact], 0.5, terrain=[(-1, -1), (0, 0), (1, -1)])  # fmt: skip
+    run = sf.simulate(ball, (0, 0, 0), (0, 0, 0))
+    assert run.outcome == "rest"
+    assert run.time == pytest.approx(3 * math.sqrt(1.4 / G), rel=1e-12)
+    np.testing.assert_allclose(run.q, (0, -0.7, 0), atol=1e-15)
+    off = sf.simulate(ball, (1e-9, 0, 0), (0, 0, 0), time_limit=10)
+    assert off.q[1] < -2
+
+
 def rolled_off(speed, radius, friction, time):
     """q of a solid disc that rolls on a floor from (0, R) on, off its end at x = 1, and when it slips there and lifts off, by integration. With φ
     the angle of the centre from the vertical over the end, clockwise, N = g cos φ − R φ̇² and f the friction, both per unit mass,

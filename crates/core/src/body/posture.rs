@@ -245,7 +245,7 @@ impl Posture {
             geometry.push(constants(&fields, contact, &at)?);
         }
         if grounds.is_empty() {
-            grounds = terrain::own(&fields.contacts);
+            grounds = terrain::own(&fields.contacts)?;
         }
         let longest = size(&geometry, fields.gyration_radius);
         let on_polyline = !fields.terrain.is_empty() || fields.ground == GroundKind::Shared;

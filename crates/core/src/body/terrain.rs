@@ -104,7 +104,7 @@ pub(crate) struct Piece {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Ground {
     pub(crate) pieces: Vec<Piece>,
-    /// Whether a piece does not face up. Then the ground is no function of x, and pieces may face each other.
+    /// Whether a piece does not face up, or is an arc. Then the nearest piece is the one under a point, and pieces may face each other.
     pub(crate) has_walls: bool,
     /// Whether the ground is a polyline. Then the vertices of its pieces are exact.
     pub(crate) is_polyline: bool,
@@ -831,15 +831,9 @@ pub(crate) fn shared(fields: &PostureFields) -> Result<Vec<Ground>, Error> {
     })
 }
 
-/// The line of a contact, raised by its radius, with arcs about its ends.
+/// The line of a contact, raised by its radius.
 fn of_line(contact: &Contact) -> Ground {
-    let line = Ground::new(vec![Piece::of_contact(contact)], false);
-    if contact.is_round() && contact.segment != [f64::NEG_INFINITY, f64::INFINITY] {
-        let low = Contact { radius: 0.0, center: None, ..*contact };
-        let low = Ground::new(vec![Piece::of_contact(&low)], false);
-        return low.raised_by(contact.radius).unwrap_or(line);
-    }
-    Ground { raised: contact.radius, ..line }
+    Ground { raised: contact.radius, ..Ground::new(vec![Piece::of_contact(contact)], false) }
 }
 
 /// The corners of these grounds that a side of a body can meet, in a fixed order, each once.
@@ -850,10 +844,26 @@ pub(crate) fn corners_of(grounds: &[Ground]) -> Vec<Vector2<f64>> {
     corners
 }
 
-/// The terrain of each contact. The list is empty if no piece has ends.
-pub(crate) fn own(contacts: &[Contact]) -> Vec<Ground> {
-    if contacts.iter().all(|contact| contact.segment == [f64::NEG_INFINITY, f64::INFINITY]) {
-        return Vec::new();
+/// The terrain of each contact, for a disc with arcs about its ends. The list is empty if no piece has ends.
+///
+/// # Errors
+///
+/// Ends of the ground of a disc that are at one place, up to rounding.
+pub(crate) fn own(contacts: &[Contact]) -> Result<Vec<Ground>, Error> {
+    let is_endless = |contact: &Contact| contact.segment == [f64::NEG_INFINITY, f64::INFINITY];
+    if contacts.iter().all(is_endless) {
+        return Ok(Vec::new());
     }
-    contacts.iter().map(of_line).collect()
+    let of = |(i, contact): (usize, &Contact)| {
+        if !contact.is_round() || is_endless(contact) {
+            return Ok(of_line(contact));
+        }
+        let low = of_line(&Contact { radius: 0.0, center: None, ..*contact });
+        low.raised_by(contact.radius).map_err(|_| Error::Unusable {
+            field: format!("contacts.{}.segment", i + 1),
+            value: format!("{:?}", contact.segment),
+            allowed: "ends that rounding keeps apart at this place".into(),
+        })
+    };
+    contacts.iter().enumerate().map(of).collect()
 }

@@ -243,8 +243,7 @@ impl CycleSum {
         let room =
             |p: &ContactState| p.place.sides.iter().all(|side| *side > REMAINDER_FACTOR * far);
         let stays = (0..2).all(|i| body.points[i].place.piece == before.places[i].piece);
-        let stays = stays && !body.turns();
-        if !(stays && body.points.iter().all(room)) {
+        if !(stays && !body.turns() && body.points.iter().all(room)) {
             return None;
         }
         let mut end = body.clone();

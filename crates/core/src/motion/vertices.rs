@@ -109,12 +109,11 @@ impl OnGround<'_, '_> {
             (p.h, p.place.sides[1 - side]) = (0.0, 0.0);
             return p;
         }
-        let between = !separated && old.place.across[side] != Vector2::x();
-        if known && (between || smooth) {
+        let known = known && !separated;
+        if known && (smooth || old.place.across[side] != Vector2::x()) {
             p.h = old.h; // on the line between the two
             return p;
         }
-        let known = known && !separated;
         if known && !(height > touch && p.normal.y > STEEPER_PIECE * old.normal.y) {
             p.h = old.h * p.normal.y / old.normal.y; // same height above the vertex
             return p;
@@ -143,10 +142,11 @@ impl OnGround<'_, '_> {
         // Without gravity a contact may be slow at any height.
         let near = height <= TOUCH * self.ground.posture.size();
         let slow = square <= limit * limit;
-        // Beside an arc the distance from the joint is known up to the rounding error of the place; the fall through it is this fast.
+        // Beside an arc the distances from both pieces have the rounding error of the place. A fall through both errors, v² = 2 g h, is rounding
+        // error, too.
         let by_place = match (old.corner, piece.corner()) {
             (None, None) => 0.0,
-            _ => 4.0 * self.state.gravity * self.state.position_error(i, &posture),
+            _ => 2.0 * self.state.gravity * (2.0 * self.state.position_error(i, &posture)),
         };
         let next = piece.axes(&at)[1];
         if !(rises > 0.0 && near && (slow || square <= by_place || self.meets_both(i, side, &next)))
@@ -190,8 +190,8 @@ impl OnGround<'_, '_> {
     }
 
     /// Returns true if point `i`, in a vertex at this end of its piece, comes to its tip so slowly that the rates of the gaps to both
-    /// pieces, the next one with the normal `other`, are rounding error. In a narrow vertex the speed along the pieces that remains is larger, by the inverse of the angle between
-    /// them.
+    /// pieces are rounding error; `other`: the normal of the next one. In a narrow vertex the speed along the pieces that remains is larger, by
+    /// the inverse of the angle between them.
     fn meets_both(&self, i: usize, side: usize, other: &Vector2<f64>) -> bool {
         let (state, p) = (&self.state, &self.state.points[i]);
         let along = state.along(i);

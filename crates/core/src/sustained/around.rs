@@ -16,11 +16,8 @@ use nalgebra::Vector2;
 
 use crate::flight::GapArc;
 use crate::math::turn::Turn;
-use crate::sustained::side::first_zero;
+use crate::sustained::side::{LONGEST_TURN, first_zero, stays_off};
 use crate::sustained::{BodyState, ContactState};
-
-/// Rotation of the body in one step of the search for a touchdown, in rad. Only the cost depends on it.
-const LONGEST_TURN: f64 = 0.125;
 
 impl ContactState {
     /// Distance of the centre from its corner, in m.
@@ -164,12 +161,7 @@ impl BodyState {
             + 4.0 * turning * jolt
             + 3.0 * push * push / r
             + turning * turning * (18.0 * push + 15.0 * turning * speed);
-        let free = match pull {
-            0.0 if jerk > 0.0 => 4.0 * jerk / fourth,
-            pull if pull < 0.0 => -3.0 * pull / third,
-            _ => 0.0,
-        };
-        0.5 * free.min(longest)
+        stays_off([pull, jerk], [third, fourth], longest)
     }
 
     /// When a disc in flight touches its corner, if before `limit` (s).

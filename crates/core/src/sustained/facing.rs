@@ -44,6 +44,10 @@ fn facing<'p>(
     pieces.iter().enumerate().map(|(k, piece)| (k as isize, piece)).filter(far)
 }
 
+/// Way of a disc, in units of its radius, after which it is looked at again while a corner is in it. It is so only where it comes from behind the
+/// ground, which it then leaves or not.
+const INSIDE: f64 = 1.0 / 64.0;
+
 /// Returns true if the terrain of point `i` has walls: it faces no other pieces without.
 #[inline]
 fn has_walls(posture: &Posture, state: &BodyState, i: usize) -> bool {
@@ -169,7 +173,7 @@ impl BodyState {
             let speed = v + turn + (state.gravity * p.radius).sqrt();
             t += match outside {
                 true => state.touches_corner(i, limit - t)?,
-                false => p.radius / speed / CROSSINGS as f64,
+                false => INSIDE * p.radius / speed,
             };
             if !(t < limit) {
                 return None;

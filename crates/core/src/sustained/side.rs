@@ -26,7 +26,7 @@ use crate::sustained::{BodyState, ContactState, Rounding};
 const MOST_STEPS: usize = 65_536;
 
 /// Rotation of the body in one step of this search, in rad. Only the cost depends on it.
-const LONGEST_TURN: f64 = 0.125;
+pub(super) const LONGEST_TURN: f64 = 0.125;
 
 /// A corner of the ground and the side of the body that it may touch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -231,12 +231,7 @@ impl BodyState {
         let pull = self.known_pull(i);
         let jerk = -3.0 * omega * p.tangent.dot(&fall) + 2.0 * p.b * omega * omega * omega;
         let [_, third, fourth] = self.gap_bounds(i, longest);
-        let free = match pull {
-            0.0 if jerk > 0.0 => 4.0 * jerk / fourth,
-            pull if pull < 0.0 => -3.0 * pull / third,
-            _ => 0.0,
-        };
-        0.5 * free.min(longest)
+        stays_off([pull, jerk], [third, fourth], longest)
     }
 
     /// When the gap of point `i`, a corner of the ground, falls to zero in flight, if before `limit` (s).
@@ -256,6 +251,17 @@ impl BodyState {
         let step = |t: f64, _| (longest, self.gap_bounds(i, t + longest.min(limit - t))[0]);
         first_zero((t, [h, u]), limit, |t| self.side_flown(i, t), step)
     }
+}
+
+/// Half the time up to which a gap stays open that is zero with its rate, at most half of `longest` (s). Its acceleration is −`pull`, and `jerk` its
+/// third derivative if that is zero; `third`, `fourth`: bounds of its third and fourth derivative. 0: it does not open.
+pub(super) fn stays_off([pull, jerk]: [f64; 2], [third, fourth]: [f64; 2], longest: f64) -> f64 {
+    let free = match pull {
+        0.0 if jerk > 0.0 => 4.0 * jerk / fourth,
+        pull if pull < 0.0 => -3.0 * pull / third,
+        _ => 0.0,
+    };
+    0.5 * free.min(longest)
 }
 
 /// When a gap that is open at the start, or opens there, falls to zero, if before `limit` (s). `start`: a time, with the gap and the rate then.
