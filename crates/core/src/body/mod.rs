@@ -13,6 +13,7 @@ pub(crate) mod local_model;
 pub(crate) mod mechanism;
 pub(crate) mod outline;
 pub(crate) mod own_ground;
+mod placing;
 pub(crate) mod posture;
 mod raised;
 mod shape;

@@ -25,6 +25,7 @@ use crate::body::geometry::{ContactGeometry, couplings};
 use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::outline::{self, Outline};
 use crate::body::own_ground::OwnGround;
+use crate::body::placing;
 use crate::body::state::State;
 use crate::body::terrain::{self, Ground, Piece, Under};
 use crate::error;
@@ -213,12 +214,12 @@ impl Posture {
         let mut grounds = Vec::new();
         let has_rounds = fields.contacts.iter().any(Contact::is_round);
         if has_rounds {
-            terrain::suits_rounds(&fields)?;
+            placing::suits_rounds(&fields)?;
         }
         if !fields.terrain.is_empty() {
             let ground = terrain::polyline(&fields.terrain, &fields.surfaces)?;
             if has_rounds {
-                grounds = terrain::raised(&ground, &fields.contacts)?;
+                grounds = placing::raised(&ground, &fields.contacts)?;
             }
             for (index, contact) in fields.contacts.iter_mut().enumerate() {
                 let at = format!("contacts.{}.", index + 1);
@@ -230,14 +231,14 @@ impl Posture {
                     });
                 }
                 let raised = grounds.get(index).unwrap_or(&ground);
-                terrain::place_on(&ground, raised, contact, &at)?;
+                placing::place_on(&ground, raised, contact, &at)?;
             }
             if !has_rounds {
                 grounds.push(ground);
             }
         }
         if fields.ground == GroundKind::Shared {
-            grounds = terrain::shared(&fields)?;
+            grounds = placing::shared(&fields)?;
         }
         let mut geometry = PerContact::with_capacity(count);
         for (index, contact) in fields.contacts.iter().enumerate() {
@@ -245,7 +246,7 @@ impl Posture {
             geometry.push(constants(&fields, contact, &at)?);
         }
         if grounds.is_empty() {
-            grounds = terrain::own(&fields.contacts)?;
+            grounds = placing::own(&fields.contacts)?;
         }
         let longest = size(&geometry, fields.gyration_radius);
         let on_polyline = !fields.terrain.is_empty() || fields.ground == GroundKind::Shared;
@@ -254,7 +255,7 @@ impl Posture {
         let corners = outline::opened(&fields.outline).len();
         fields.outline.truncate(corners);
         let outline = Outline::new(&fields)?;
-        let corners = if outline.is_some() { terrain::corners_of(&grounds) } else { Vec::new() };
+        let corners = if outline.is_some() { placing::corners_of(&grounds) } else { Vec::new() };
         let parts = Parts {
             fields,
             geometry,

@@ -15,17 +15,17 @@
 //! decide this are exact.
 
 use std::cmp::Ordering;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::PI;
 use std::sync::Arc;
 
 use nalgebra::Vector2;
 
 use crate::body::contact::{Contact, direction};
-use crate::body::fields::{PostureFields, Surface};
+use crate::body::fields::Surface;
 use crate::body::geometry::ContactGeometry;
 use crate::error::{Error, finite};
 use crate::math::orientation::{along, area, precise_area};
-use crate::tolerance::{DISC_POINT, SAME_VERTEX, STRAIGHT_VERTEX};
+use crate::tolerance::{SAME_VERTEX, STRAIGHT_VERTEX};
 
 /// Rounding error of a distance from a piece. Unit: machine epsilon times the distance from the more distant vertex of the piece; for a
 /// precise distance, machine epsilon times the distance itself.
@@ -54,12 +54,11 @@ pub(super) fn bisector(one: Vector2<f64>, two: Vector2<f64>, turn: f64) -> Vecto
     Vector2::new(-half.y, half.x) * turn
 }
 
-/// The slope of a tangent, −π < slope ≤ π, in rad.
-pub(super) fn slope_of(tangent: &Vector2<f64>) -> f64 {
-    let quarter = [(Vector2::x(), 0.0), (Vector2::y(), FRAC_PI_2), (-Vector2::y(), -FRAC_PI_2)];
-    let exact = quarter.into_iter().find_map(|(axis, angle)| (*tangent == axis).then_some(angle));
-    let slope = exact.unwrap_or_else(|| libm::atan2(tangent.y, tangent.x));
-    if slope == -PI { PI } else { slope }
+/// The slope of a direction, −π < slope ≤ π, in rad.
+pub(super) fn slope_of(way: &Vector2<f64>) -> f64 {
+    let angle = libm::atan2(way.y + 0.0, way.x);
+    // A ceiling that falls by less than rounding.
+    if angle == -PI { PI } else { angle }
 }
 
 impl End {
@@ -137,7 +136,7 @@ impl Place {
 
 impl Piece {
     /// The single piece of a contact's own terrain.
-    fn of_contact(contact: &Contact) -> Self {
+    pub(super) fn of_contact(contact: &Contact) -> Self {
         let (tangent, normal) = (contact.tangent(), contact.normal());
         let origin = contact.center();
         let across = if tangent.x > 0.0 { Vector2::x() } else { tangent };
@@ -155,9 +154,7 @@ impl Piece {
 
     /// The piece from vertex `a` to vertex `b`.
     fn between(a: [f64; 2], b: [f64; 2]) -> Self {
-        let angle = libm::atan2(b[1] - a[1] + 0.0, b[0] - a[0]);
-        // A ceiling that falls by less than rounding.
-        let slope = if angle == -PI { PI } else { angle };
+        let slope = slope_of(&(Vector2::from(b) - Vector2::from(a)));
         let tangent = direction(slope);
         let end = |vertex: [f64; 2]| {
             End::new(vertex.into(), if tangent.x > 0.0 { Vector2::x() } else { tangent })
@@ -264,13 +261,13 @@ impl Piece {
         if self.tangent.x > 0.0 { Vector2::x() } else { self.tangent }
     }
 
-    fn faces_up(&self) -> bool {
+    pub(super) fn faces_up(&self) -> bool {
         self.tangent.x > 0.0
     }
 }
 
 impl Ground {
-    fn new(pieces: Vec<Piece>, is_polyline: bool) -> Self {
+    pub(super) fn new(pieces: Vec<Piece>, is_polyline: bool) -> Self {
         let has_walls = !pieces.iter().all(Piece::faces_up);
         let mut ground = Self { pieces, has_walls, is_polyline, raised: 0.0, low: None };
         for k in 1..ground.pieces.len() {
@@ -637,233 +634,4 @@ pub(crate) fn meeting(vertices: &[[f64; 2]], closed: bool) -> Option<(usize, usi
 /// Rounding error of a point in its nominal position beside a vertex, in m.
 pub(crate) fn place_error(at: &Vector2<f64>) -> f64 {
     SAME_VERTEX * (at.x.abs() + at.y.abs())
-}
-
-/// Sets the slope and the segment of a contact from the terrain. If the user gave them, they must be equal to these. `raised`: the same terrain
-/// for the centre of the contact, if it is a disc.
-pub(crate) fn place_on(
-    ground: &Ground,
-    raised: &Ground,
-    contact: &mut Contact,
-    at: &str,
-) -> Result<(), Error> {
-    let center = contact.center.map(Vector2::from);
-    let over = center.map(|center| raised.nearest(raised.find(&center)).0);
-    // A disc over a corner touches there.
-    if let (Some(center), Some(arc)) = (center, over.filter(|piece| piece.corner().is_some())) {
-        let [tangent, normal] = arc.axes(&center);
-        contact.turn_to(&normal);
-        return set_line(contact, slope_of(&tangent), [f64::NEG_INFINITY, f64::INFINITY], at);
-    }
-    let (name, [x, y]) = match contact.center {
-        Some(center) => ("center", center),
-        None => ("point", contact.point),
-    };
-    let (pieces, point) = (&ground.pieces, Vector2::new(x, y));
-    let found = usize::try_from(ground.find_up(&point, place_error(&point))).unwrap_or(usize::MAX);
-    let is_below = |line: &Piece, low: &Piece| {
-        low.normal == line.normal && low.origin + low.normal * raised.raised == line.origin
-    };
-    let below = over.and_then(|line| pieces.iter().find(|low| is_below(line, low)));
-    let Some(piece) = below.or_else(|| pieces.get(found)) else {
-        let (low, high) = (pieces[0].ends[0].vertex.x, pieces[pieces.len() - 1].ends[1].vertex.x);
-        let (field, value, allowed) = if ground.has_walls {
-            (
-                name.into(),
-                format!("({x:?}, {y:?})"),
-                "a point between the ends of the terrain".into(),
-            )
-        } else {
-            let allowed = format!("from {low:?} to {high:?}, over the terrain");
-            (format!("{name}.x"), format!("{x:?}"), allowed)
-        };
-        return Err(Error::Unusable { field: format!("{at}{field}"), value, allowed });
-    };
-    contact.turn_to(&piece.normal);
-    let away = piece.height(&point).abs();
-    let touches = away <= DISC_POINT * (x.abs() + y.abs() + contact.radius);
-    if contact.is_round() && contact.center.is_none() && !touches {
-        return Err(Error::Unusable {
-            field: format!("{at}point"),
-            value: format!("({x:?}, {y:?})"),
-            allowed: format!(
-                "on its ground, which is {away:?} m away: only a disc with a center need not touch in the nominal posture"
-            ),
-        });
-    }
-    let end = |side: usize| {
-        if piece.faces_up() {
-            (piece.ends[side].vertex.x - x) / piece.tangent.x
-        } else if side == 0 {
-            -piece.along(&point)[0]
-        } else {
-            piece.along(&point)[1]
-        }
-    };
-    // Where there are walls, the nearest point of the piece may be its end.
-    set_line(contact, piece.slope, [end(0).min(0.0), end(1).max(0.0)], at)
-}
-
-/// Sets the slope and the segment of a contact, as far as the user left them out.
-fn set_line(contact: &mut Contact, slope: f64, segment: [f64; 2], at: &str) -> Result<(), Error> {
-    let [x, y] = contact.point;
-    let plain = Contact::at(x, y);
-    for (field, given, left_out, own) in [
-        ("slope", vec![contact.slope], vec![plain.slope], vec![slope]),
-        ("segment", contact.segment.to_vec(), plain.segment.to_vec(), segment.to_vec()),
-    ] {
-        if given != left_out && given != own {
-            return Err(Error::Unusable {
-                field: format!("{at}{field}"),
-                value: format!("{given:?}"),
-                allowed: "left out, because the terrain of the posture determines it".into(),
-            });
-        }
-    }
-    (contact.slope, contact.segment) = (slope, segment);
-    Ok(())
-}
-
-/// Checks what a posture with round contacts must not have.
-///
-/// # Errors
-///
-/// A radius out of range, an outline.
-pub(crate) fn suits_rounds(fields: &PostureFields) -> Result<(), Error> {
-    for (i, contact) in fields.contacts.iter().enumerate() {
-        contact.validate_radius(&format!("contacts.{}.", i + 1))?;
-        if !contact.is_round() {
-            continue;
-        }
-        if !fields.outline.is_empty() {
-            return Err(Error::Unusable {
-                field: "outline".into(),
-                value: format!("[{} vertices]", fields.outline.len()),
-                allowed: format!(
-                    "left out, because contacts.{}.radius = {:?} > 0: a body with round contacts has no outline",
-                    i + 1,
-                    contact.radius
-                ),
-            });
-        }
-    }
-    Ok(())
-}
-
-/// The ground of each contact on this terrain, raised by its radius.
-///
-/// # Errors
-///
-/// A disc that does not fit.
-pub(crate) fn raised(ground: &Ground, contacts: &[Contact]) -> Result<Vec<Ground>, Error> {
-    let mut all: Vec<Ground> = Vec::with_capacity(contacts.len());
-    for (i, contact) in contacts.iter().enumerate() {
-        let at = format!("contacts.{}.", i + 1);
-        contact.validate_radius(&at)?;
-        let same = contacts[..i].iter().position(|other| other.radius == contact.radius);
-        let raised = match same {
-            Some(j) => all[j].clone(),
-            None if !contact.is_round() => ground.clone(),
-            None => ground.raised_by(contact.radius).map_err(|allowed| Error::Unusable {
-                field: format!("{at}radius"),
-                value: format!("{:?}", contact.radius),
-                allowed,
-            })?,
-        };
-        all.push(raised);
-    }
-    Ok(all)
-}
-
-/// The ground shared by all contacts, the line with their slope through the lowest contact; for each contact, if one is round.
-pub(crate) fn shared(fields: &PostureFields) -> Result<Vec<Ground>, Error> {
-    let unusable = |field: String, value: String, allowed: &str| Error::Unusable {
-        field,
-        value,
-        allowed: allowed.into(),
-    };
-    if !fields.terrain.is_empty() {
-        let value = "shared".into();
-        return Err(unusable(
-            "ground".into(),
-            value,
-            "left out where there is a terrain, which is shared anyway",
-        ));
-    }
-    let first = &fields.contacts[0];
-    let normal = first.normal();
-    let mut lowest = first;
-    for (i, contact) in fields.contacts.iter().enumerate() {
-        let at = |field: &str| format!("contacts.{}.{field}", i + 1);
-        if contact.slope != first.slope {
-            let value = format!("{:?}", contact.slope);
-            return Err(unusable(
-                at("slope"),
-                value,
-                "the slope of contacts.1, because the ground is shared",
-            ));
-        }
-        if contact.segment != [f64::NEG_INFINITY, f64::INFINITY] {
-            let value = format!("{:?}", contact.segment);
-            return Err(unusable(
-                at("segment"),
-                value,
-                "left out, because the ground is shared and has no ends",
-            ));
-        }
-        if contact.surface_speed != first.surface_speed {
-            let value = format!("{:?}", contact.surface_speed);
-            return Err(unusable(
-                at("surface_speed"),
-                value,
-                "the surface_speed of contacts.1, because the ground is shared",
-            ));
-        }
-        if normal.dot(&(Vector2::from(contact.point) - Vector2::from(lowest.point))) < 0.0 {
-            lowest = contact;
-        }
-    }
-    let under =
-        |contact: &Contact| of_line(&Contact { radius: contact.radius, center: None, ..*lowest });
-    Ok(match fields.contacts.iter().any(Contact::is_round) {
-        true => fields.contacts.iter().map(under).collect(),
-        false => vec![of_line(lowest)],
-    })
-}
-
-/// The line of a contact, raised by its radius.
-fn of_line(contact: &Contact) -> Ground {
-    Ground { raised: contact.radius, ..Ground::new(vec![Piece::of_contact(contact)], false) }
-}
-
-/// The corners of these grounds that a side of a body can meet, in a fixed order, each once.
-pub(crate) fn corners_of(grounds: &[Ground]) -> Vec<Vector2<f64>> {
-    let mut corners: Vec<_> = grounds.iter().flat_map(Ground::corners).collect();
-    corners.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
-    corners.dedup();
-    corners
-}
-
-/// The terrain of each contact, for a disc with arcs about its ends. The list is empty if no piece has ends.
-///
-/// # Errors
-///
-/// Ends of the ground of a disc that are at one place, up to rounding.
-pub(crate) fn own(contacts: &[Contact]) -> Result<Vec<Ground>, Error> {
-    let is_endless = |contact: &Contact| contact.segment == [f64::NEG_INFINITY, f64::INFINITY];
-    if contacts.iter().all(is_endless) {
-        return Ok(Vec::new());
-    }
-    let of = |(i, contact): (usize, &Contact)| {
-        if !contact.is_round() || is_endless(contact) {
-            return Ok(of_line(contact));
-        }
-        let low = of_line(&Contact { radius: 0.0, center: None, ..*contact });
-        low.raised_by(contact.radius).map_err(|_| Error::Unusable {
-            field: format!("contacts.{}.segment", i + 1),
-            value: format!("{:?}", contact.segment),
-            allowed: "ends that rounding keeps apart at this place".into(),
-        })
-    };
-    contacts.iter().enumerate().map(of).collect()
 }
