@@ -32,6 +32,11 @@ impl Interval {
         0.5 * self.lo + 0.5 * self.hi
     }
 
+    /// The largest absolute value.
+    pub(crate) fn magnitude(self) -> Self {
+        Self::from(self.lo.abs().max(self.hi.abs()))
+    }
+
     pub(crate) fn contains_zero(self) -> bool {
         !(self.lo > 0.0 || self.hi < 0.0)
     }

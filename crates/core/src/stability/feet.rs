@@ -35,8 +35,8 @@ use crate::options::{Impact, Jams};
 use crate::outcome::ContactNumber;
 use crate::stability::certify::WhyUndecided;
 use crate::stability::conditions::with_contacts;
-use crate::stability::corner::{Local, Row, length};
 use crate::stability::existence::{self, NoMotion, Standing};
+use crate::stability::local::{Local, Row, length};
 use crate::stability::{Argument, Evidence, Finding, Stability, Verdict, judge};
 
 type I = Interval;

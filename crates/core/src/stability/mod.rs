@@ -23,9 +23,11 @@ mod corner;
 mod existence;
 mod fate;
 mod feet;
+mod local;
 mod mechanism;
 mod reduced;
 mod region;
+mod settling;
 mod static_forces;
 mod trials;
 
@@ -35,10 +37,10 @@ pub use clattering::{
     coupling, neimark_sacker, self_similar,
 };
 pub use conditions::{Conditions, Equilibrium, conditions, with_contacts};
-pub use corner::FlightsEnd;
 pub use existence::NoMotion;
 pub use fate::{Fate, FateKind};
 pub use feet::{PairVerdict, Ray, Well};
+pub use local::FlightsEnd;
 pub use mechanism::{mechanism_forces, mechanism_pairs, mechanism_stability};
 pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
 pub use region::equilibrium_region;
