@@ -29,7 +29,8 @@ use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
 use crate::options::Jams;
 use crate::stability::local::{Arc, BothSlide, FromRest, Local};
-use crate::tolerance::TRIGONOMETRIC_ERROR;
+use crate::stability::settling::settling;
+use crate::tolerance::{CUT_ENERGY, TRIGONOMETRIC_ERROR};
 use crate::verified::rows::{EnclosedRows, dot};
 use crate::verified::{Flight, Gap, Landing, Model};
 
@@ -155,16 +156,49 @@ impl Form {
     }
 }
 
-/// The images of a set of corners, at most eight.
+/// A corner of a fast slide: ξ' = ξ + B y, y' = K y. The slide begins at ξ + `from` y.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Fast {
+    pub(crate) b: I,
+    pub(crate) k: I,
+    pub(crate) from: I,
+}
+
+/// What follows a corner in a fast slide.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FastSlides {
+    /// The corners that may follow, by the contact that lands.
+    pub(crate) next: [Option<Fast>; 2],
+    /// Whether both contacts may rest.
+    pub(crate) ends: bool,
+    /// Whether a contact may lift off.
+    pub(crate) leaves: bool,
+}
+
+impl FastSlides {
+    /// The corner that follows, if that is certain.
+    pub(crate) fn only(&self) -> Option<(usize, Fast)> {
+        match (self.next, self.ends || self.leaves) {
+            ([Some(fast), None], false) => Some((0, fast)),
+            ([None, Some(fast)], false) => Some((1, fast)),
+            _ => None,
+        }
+    }
+}
+
+/// Largest number of images of a set of corners.
+const MOST_IMAGES: usize = 16;
+
+/// The images of a set of corners.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Images {
-    list: [Image; 8],
+    list: [Image; MOST_IMAGES],
     len: usize,
 }
 
 impl Images {
     pub(crate) fn none() -> Self {
-        Self { list: [Image::Unknown; 8], len: 0 }
+        Self { list: [Image::Unknown; MOST_IMAGES], len: 0 }
     }
 
     fn push(&mut self, image: Image) {
@@ -173,6 +207,20 @@ impl Images {
         } else {
             self.list[self.len] = image;
             self.len += 1;
+        }
+    }
+
+    /// Adds the images of corners that are larger by these factors.
+    pub(crate) fn add(&mut self, other: &Self, factor: I) {
+        for image in other.iter() {
+            self.push(match *image {
+                Image::Corner { contact, xi, y, slope, most } => {
+                    let most = (most * factor.hi).next_up();
+                    let [xi, y] = [xi * factor, y * factor];
+                    Image::Corner { contact, xi, y, slope, most }
+                }
+                other => other,
+            });
         }
     }
 
@@ -186,6 +234,8 @@ impl Images {
 pub(crate) struct CornerMap {
     local: Local,
     flights: [Flight; 2],
+    /// What follows the flights that are cut.
+    remainders: [Option<Remainder>; 2],
     /// Accelerations of contact k while it slides with ξ < 0, and with ξ > 0. `None` unless a positive normal force certainly keeps contact
     /// k on the terrain (else Painlevé).
     pub(super) slides: [[Option<Arc>; 2]; 2],
@@ -217,27 +267,95 @@ fn shifted(x: I, a: I) -> I {
     I::new((x.lo + a.lo).next_down(), (x.hi + a.hi).next_up())
 }
 
-/// The next landing of a gap h ≥ 0 with rate u and acceleration a.
-fn landing(h: I, u: I, a: I) -> Landing<I> {
-    Gap { h, u }.landing(-a)
+/// The landings that a gap may have.
+struct Landings {
+    /// Time and speed of a landing, if there may be one.
+    lands: Option<(I, I)>,
+    /// Whether the gap may stay open for ever.
+    never: bool,
 }
 
-/// The ends of the motions after the corners at contact 1 and at contact 2 with landing speed 1.
-fn flights(local: &Local, fine: impl FnOnce() -> Option<Model<Ball>>) -> [Flight; 2] {
-    let lets_go = [0, 1].map(|k| local.lets_go(k));
-    let model = Model::new(local.g, local.psi, local.e, 2);
-    let mut flights = [0, 1].map(|j| Flight::after_corner(&model, j, lets_go));
-    if flights.contains(&Flight::Unknown)
-        && let Some(fine) = fine()
-    {
-        for j in 0..2 {
-            // If one remains unknown, the other one rarely decides.
-            if flights[j] == Flight::Unknown && (j == 0 || flights[0] != Flight::Unknown) {
-                flights[j] = Flight::after_corner_finely(&model, &fine, j, lets_go);
+/// The next landing of a gap h ≥ 0 with rate u and acceleration a; `None` if nothing bounds it.
+///
+/// If the sign of u is not known and a > 0, the contact may land before it lifts: then u < 0 and u² ≥ 2ah, and it lands within |u|/a with
+/// at most the speed |u|.
+fn landings(h: I, u: I, a: I) -> Option<Landings> {
+    match (Gap { h, u }).landing(-a) {
+        Landing::In(t, y) => Some(Landings { lands: Some((t, y)), never: false }),
+        Landing::Never => Some(Landings { lands: None, never: true }),
+        Landing::Unknown if a.is_positive() => {
+            let most = I::new(0.0, (-u.lo).max(0.0));
+            let t = I::new(0.0, (most / a).hi);
+            Some(Landings { lands: Some((t, most)), never: true })
+        }
+        Landing::Unknown => None,
+    }
+}
+
+/// How the other contact is when one rests at the end of a flight that is cut.
+#[derive(Debug, Clone, Copy)]
+struct Remainder {
+    /// Bounds of the gap and of its rate, for each contact.
+    h: [I; 2],
+    u: [I; 2],
+    /// Duration of the whole flight.
+    t: I,
+}
+
+/// How the flights after the corners at contact 1 and at contact 2 with landing speed 1 end.
+struct Flights {
+    ends: [Flight; 2],
+    cut: [Option<Remainder>; 2],
+}
+
+impl Flights {
+    /// `fine`: the frictionless model with more digits.
+    fn of(local: &Local, fine: impl FnOnce() -> Option<Model<Ball>>) -> Self {
+        let lets_go = [0, 1].map(|k| local.lets_go(k));
+        let model = Model::new(local.g, local.psi, local.e, 2);
+        let weights = local.weights();
+        let bounded = weights.iter().all(|weight| weight.is_positive());
+        let energy = |gaps: &[Gap<I>; 2]| bounded.then(|| local.twice_energy(gaps, &weights).hi);
+        let mut ends = [0, 1].map(|j| Flight::after_corner(&model, j, lets_go, &energy));
+        let open = |flight: &Flight| flight.energy_left() > CUT_ENERGY;
+        if ends.iter().any(open)
+            && let Some(fine) = fine()
+        {
+            for j in 0..2 {
+                // If one remains unknown, the other one rarely decides.
+                if open(&ends[j]) && (j == 0 || ends[0] != Flight::Unknown) {
+                    let finer = Flight::after_corner_finely(&model, &fine, j, lets_go, &energy);
+                    if finer.energy_left() < ends[j].energy_left() {
+                        ends[j] = finer;
+                    }
+                }
             }
         }
+        let is_cut = |flight: &Flight| matches!(flight, Flight::Cut { .. });
+        let settles = if ends.iter().any(is_cut) { settling(local, weights) } else { 0.0 };
+        let cut = ends.map(|flight| match flight {
+            Flight::Cut { energy, t } => {
+                // 2E = u²/D'_mm + 2 λ_m h with 1/D'_mm = D_kk/det D, k the contact that rests.
+                let energy = I::from(energy);
+                let rate =
+                    |m: usize| (energy * local.determinant() / local.nn[1 - m][1 - m]).sqrt().hi;
+                let gap = |m: usize| (energy / weights[m].times(2.0)).hi;
+                Some(Remainder {
+                    h: [0, 1].map(|m| I::new(0.0, gap(m))),
+                    u: [0, 1].map(|m| I::new(-rate(m), rate(m))),
+                    t: t + I::new(0.0, (I::from(settles) * energy.sqrt()).hi),
+                })
+            }
+            _ => None,
+        });
+        Self { ends, cut }
     }
-    flights
+}
+
+impl Slide<'_> {
+    fn speed(&self) -> I {
+        self.cell.xi + self.from * self.cell.y
+    }
 }
 
 impl CornerMap {
@@ -265,8 +383,10 @@ impl CornerMap {
         let slides = [0, 1].map(|k| sides[k].map(|side| local.slide(k, side)));
         let ends = |k: usize, side: f64| jams == Jams::Impact && local.jams_alone(k, side);
         let jump = |k: usize| sides[k].map(|side| ends(k, side).then(|| local.jump(k)));
+        let flights = Flights::of(&local, fine);
         Self {
-            flights: flights(&local, fine),
+            flights: flights.ends,
+            remainders: flights.cut,
             from_rest: [local.starts_from_rest(0), local.starts_from_rest(1)],
             both: [local.both(-1.0), local.both(1.0)],
             slides,
@@ -316,6 +436,7 @@ impl CornerMap {
     pub(super) fn flight_time(&self, j: usize) -> Option<I> {
         match self.flights[j] {
             Flight::One { t, .. } | Flight::Two { t } => Some(t),
+            Flight::Cut { .. } => self.remainders[j].map(|remainder| remainder.t),
             Flight::Away | Flight::Nowhere | Flight::Unknown => None,
         }
     }
@@ -338,16 +459,36 @@ impl CornerMap {
                 let s = cell.xi + (shift + l.drift * t) * cell.y;
                 self.together(s, &mut images);
             }
-            Flight::One { kept, h, u, t } => {
-                let m = 1 - kept;
-                let from = shift + l.drift * t + l.beta[kept][m] / l.alpha[kept] * u;
-                let start = cell.xi + from * cell.y;
-                self.parts(start, &mut images, |side, xi, images| {
-                    self.slide(&Slide { k: kept, from, h, u, cell }, side, xi, images);
-                });
+            Flight::One { .. } | Flight::Cut { .. } => {
+                for start in self.slides_after(j, cell).iter().flatten() {
+                    self.parts(start.speed(), &mut images, |side, xi, images| {
+                        self.slide(start, side, xi, images);
+                    });
+                }
+                if let Some(Remainder { t, .. }) = self.remainders[j] {
+                    self.together(cell.xi + (shift + l.drift * t) * cell.y, &mut images);
+                }
             }
         }
         images
+    }
+
+    /// The slides that may follow the corners of a cell at contact j, when one contact rests at the end of the flight and the other one is
+    /// in the air: of each contact, if the flight is cut.
+    fn slides_after<'c>(&self, j: usize, cell: &'c Cell) -> [Option<Slide<'c>>; 2] {
+        let l = &self.local;
+        let shift = l.beta[1 - j][j] / l.alpha[1 - j];
+        let of = |k: usize, h: I, u: I, t: I| {
+            let from = shift + l.drift * t + l.beta[k][1 - k] / l.alpha[k] * u;
+            Some(Slide { k, from, h, u, cell })
+        };
+        match (self.flights[j], &self.remainders[j]) {
+            (Flight::One { kept, h, u, t }, _) => [of(kept, h, u, t), None],
+            (_, Some(Remainder { h, u, t })) => {
+                [0, 1].map(|k| if l.lets_go(k) { None } else { of(k, h[1 - k], u[1 - k], *t) })
+            }
+            _ => [None, None],
+        }
     }
 
     /// Divides an interval of speeds at zero. Calls `what` with the sign −1 for the part below zero, and with +1 for the part above zero;
@@ -379,8 +520,10 @@ impl CornerMap {
         };
         let sign = f64::from(side);
         let slows = arc.along.times(sign).sign();
-        let lands = landing(h, u, arc.normal);
-        if let Landing::In(t, factor) = lands {
+        let Some(Landings { lands, never }) = landings(h, u, arc.normal) else {
+            return images.push(Image::Unknown);
+        };
+        if let Some((t, factor)) = lands {
             // ξ' = ξ + B y, y' = K y, if the sign of ξ' is still the same.
             let shift = from + arc.along * t;
             let clip = |x: I| {
@@ -405,7 +548,7 @@ impl CornerMap {
                 });
             }
             match slows {
-                Some(-1) if end.times(sign).lo <= 0.0 => {
+                Some(-1) if !never && end.times(sign).lo <= 0.0 => {
                     let stop = -xi / arc.along;
                     let stop = I::new(stop.lo.max(0.0), stop.hi.min((t * y).hi));
                     if stop.lo <= stop.hi {
@@ -415,15 +558,21 @@ impl CornerMap {
                 Some(_) => {}
                 None => images.push(Image::Unknown),
             }
-            return;
         }
-        match (slows, lands) {
-            (Some(-1), Landing::Never) => {
+        if never {
+            self.lift(start, side, &arc, xi, images);
+        }
+    }
+
+    /// Contact k slides at the speed `xi`, and the other contact does not land before it stops.
+    fn lift(&self, start: &Slide, side: i8, arc: &Arc, xi: I, images: &mut Images) {
+        match arc.along.times(f64::from(side)).sign() {
+            Some(-1) => {
                 let stop = -xi / arc.along;
-                self.stop(start, side, &arc, I::new(stop.lo.max(0.0), stop.hi), images);
+                self.stop(start, side, arc, I::new(stop.lo.max(0.0), stop.hi), images);
             }
-            (Some(_), Landing::Never) => images.push(Image::Escape),
-            _ => images.push(Image::Unknown),
+            Some(_) => images.push(Image::Escape),
+            None => images.push(Image::Unknown),
         }
     }
 
@@ -505,20 +654,22 @@ impl CornerMap {
             FromRest::Slides(to, arc) if side != Some(to) => arc,
             _ => return images.push(Image::Unknown),
         };
-        match landing(h, u, arc.normal) {
-            Landing::In(t, y) => {
-                let xi = arc.along * t;
-                let size = (xi.square() + y.square()).sqrt().hi;
-                images.push(Image::Corner {
-                    contact: m,
-                    xi,
-                    y,
-                    slope: tangent(xi, y),
-                    most: most.map_or(size, |most| most.min(size)),
-                });
-            }
-            Landing::Never => images.push(Image::Escape),
-            Landing::Unknown => images.push(Image::Unknown),
+        let Some(Landings { lands, never }) = landings(h, u, arc.normal) else {
+            return images.push(Image::Unknown);
+        };
+        if let Some((t, y)) = lands {
+            let xi = arc.along * t;
+            let size = (xi.square() + y.square()).sqrt().hi;
+            images.push(Image::Corner {
+                contact: m,
+                xi,
+                y,
+                slope: tangent(xi, y),
+                most: most.map_or(size, |most| most.min(size)),
+            });
+        }
+        if never {
+            images.push(Image::Escape);
         }
     }
 
@@ -561,15 +712,39 @@ impl CornerMap {
         images
     }
 
-    /// The map near a fast-slide end (φ near ±π/2) of the corners at j, where contact k stays on the terrain: ξ' = ξ + B y, y' = K y.
-    /// The slide begins at ξ + A y. Returns the contact that lands next, A, B and K; `None` if the corners do not repeat in this way.
-    pub(crate) fn fast(&self, j: usize, right: bool) -> Option<(usize, I, I, I)> {
-        let Flight::One { kept, h, u, t } = self.flights[j] else { return None };
-        let (i, m, l) = (1 - j, 1 - kept, &self.local);
-        let arc = self.slides[kept][usize::from(right)]?;
-        let from = l.beta[i][j] / l.alpha[i] + l.drift * t + l.beta[kept][m] / l.alpha[kept] * u;
-        let Landing::In(time, factor) = landing(h, u, arc.normal) else { return None };
-        Some((m, from, from + arc.along * time, factor))
+    /// The corners that follow those at j near a fast-slide end (φ near ±π/2): ξ' = ξ + B y, y' = K y. `None` if not all is known there.
+    pub(crate) fn fast(&self, j: usize, right: bool) -> Option<FastSlides> {
+        if matches!(self.flights[j], Flight::Away | Flight::Unknown) {
+            return None;
+        }
+        let cell = Cell::new(0.0, 0.0);
+        let mut found =
+            FastSlides { next: [None; 2], ends: self.flights[j].may_rest_both(), leaves: false };
+        for Slide { k, from, h, u, .. } in self.slides_after(j, &cell).into_iter().flatten() {
+            let arc = self.slides[k][usize::from(right)]?;
+            let Landings { lands, never } = landings(h, u, arc.normal)?;
+            found.leaves |= never;
+            found.next[1 - k] =
+                lands.map(|(time, factor)| Fast { from, b: from + arc.along * time, k: factor });
+        }
+        Some(found)
+    }
+
+    /// The images of a cell at a fast-slide end in which no corner follows there: contact j has landed, the contact that slides on slows
+    /// down, and the other one does not land before it stops.
+    pub(crate) fn leaving(&self, j: usize, cell: &Cell, right: bool, images: &mut Images) {
+        let side = if right { 1 } else { -1 };
+        for start in self.slides_after(j, cell).iter().flatten() {
+            let Some(arc) = self.slides[start.k][usize::from(right)] else {
+                images.push(Image::Unknown);
+                continue;
+            };
+            match landings(start.h, start.u, arc.normal) {
+                Some(Landings { never: false, .. }) => {}
+                Some(_) => self.lift(start, side, &arc, start.speed(), images),
+                None => images.push(Image::Unknown),
+            }
+        }
     }
 
     /// The motions with one contact on the terrain: the contact, the sign of its ξ (0: fixed), and whether the motion ends with a landing
@@ -648,7 +823,8 @@ mod tests {
         let map = CornerMap::new(&rod, Jams::None).expect("a corner map");
         let near = |x: I, exact: f64| x.lo <= exact && exact <= x.hi && x.hi - x.lo < 1e-13;
         for (j, right) in [(0, false), (0, true), (1, false), (1, true)] {
-            let (next, _, bend, factor) = map.fast(j, right).expect("a slide");
+            let slides = map.fast(j, right).expect("a slide");
+            let (next, Fast { b: bend, k: factor, .. }) = slides.only().expect("one corner");
             assert!(next == 1 - j && near(factor, 0.6) && near(bend, 0.0), "{factor:?} {bend:?}");
             assert!(near(map.flight_time(j).expect("bounces"), 0.5));
         }

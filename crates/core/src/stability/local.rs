@@ -9,6 +9,7 @@ use crate::body::fields::PostureFields;
 use crate::body::posture::Posture;
 use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
+use crate::verified::Gap;
 use crate::verified::rows::{EnclosedRows, dot};
 
 type I = Interval;
@@ -270,6 +271,19 @@ impl Local {
         let repels = self.psi.iter().all(|psi| psi.hi <= 0.0);
         let drifts = |j: usize| weights[j].is_negative() && self.g[1 - j].is_positive();
         (repels && (0..2).any(drifts)).then_some(FlightsEnd::Drift)
+    }
+
+    /// 2E = u·D⁻¹u + 2 λ·h of these gaps, per unit mass.
+    pub(super) fn twice_energy(&self, gaps: &[Gap<I>; 2], weights: &[I; 2]) -> I {
+        let [one, two] = gaps;
+        let kinetic = self.nn[1][1] * one.u.square() - (self.nn[0][1] * one.u * two.u).times(2.0)
+            + self.nn[0][0] * two.u.square();
+        kinetic / self.determinant() + (weights[0] * one.h + weights[1] * two.h).times(2.0)
+    }
+
+    /// det D
+    pub(super) fn determinant(&self) -> I {
+        self.nn[0][0] * self.nn[1][1] - self.nn[0][1] * self.nn[1][0]
     }
 
     /// k = N M⁻¹ (N − σμT)ᵀ of contact k, per unit mass, with σ the sign of its sliding: gravity into its terrain divided by its normal

@@ -16,6 +16,7 @@
 //! All results hold for the local model: small motions, to first order.
 
 mod amplification;
+mod cells;
 mod certify;
 mod clattering;
 mod conditions;
@@ -29,6 +30,7 @@ mod reduced;
 mod region;
 mod settling;
 mod static_forces;
+mod trap;
 mod trials;
 
 pub use amplification::NoBound;
@@ -64,6 +66,7 @@ use certify::Decision;
 use conditions::{Pair, moves};
 use corner::{Away, CornerMap};
 use existence::Standing;
+use trap::TrapCell;
 
 shown_as_str!(Stability, Argument, WhyUndecided, NoBound, FateKind);
 
@@ -110,6 +113,8 @@ pub enum Argument {
     CornerMap,
     /// A cycle of corners grows.
     GrowingCycle,
+    /// Corners repeat, larger every time, whichever of several outcomes follow them.
+    GrowingTrap,
     /// The body moves away in a mode and does not come back.
     AcceleratingMode,
     /// After some kicks, however small, no motion exists: no mode is consistent, and no impact is due.
@@ -125,13 +130,14 @@ pub enum Argument {
 
 impl Argument {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::NotEquilibrium,
         Self::Theorem3,
         Self::Theorem3Loose,
         Self::Goyal,
         Self::CornerMap,
         Self::GrowingCycle,
+        Self::GrowingTrap,
         Self::AcceleratingMode,
         Self::NoSolution,
         Self::Well,
@@ -149,6 +155,7 @@ impl Argument {
             Self::Goyal => "goyal",
             Self::CornerMap => "corner-map",
             Self::GrowingCycle => "growing-cycle",
+            Self::GrowingTrap => "growing-trap",
             Self::AcceleratingMode => "accelerating-mode",
             Self::NoSolution => "no-solution",
             Self::Well => "well",
@@ -173,6 +180,9 @@ impl Argument {
             }
             Self::CornerMap => "every sequence of corners shrinks, or ends at rest",
             Self::GrowingCycle => "a cycle of corners repeats, larger every time",
+            Self::GrowingTrap => {
+                "corners follow each other without end, and every sequence of them grows"
+            }
             Self::AcceleratingMode => {
                 "a contact mode leads away from the posture and does not return"
             }
@@ -203,6 +213,19 @@ pub struct CornerStep {
     pub growth: f64,
 }
 
+/// Corners of a trap: all images of the corners in a range of φ lie in ranges of the trap.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrapRange {
+    /// The contact that lands.
+    pub contact: ContactNumber,
+    /// Limits of ξ/y = v_t,i/(α_i y): see [`Potential`].
+    pub slope: [f64; 2],
+    /// A number W: W ≤ ln G + W(next) − 1e-9 for all next ranges, with G = r'/r the growth to the next corner, r² = ξ² + y².
+    pub weight: f64,
+    /// A lower bound of ln G.
+    pub growth: f64,
+}
+
 /// The data of an argument, or why there is none.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(untagged)]
@@ -225,6 +248,8 @@ pub enum Evidence {
     Potential(Potential),
     /// A cycle of corners that grows with every repetition.
     Cycle(Vec<CornerStep>),
+    /// Corners that no motion leaves, and in which all motions grow.
+    Trap(Vec<TrapRange>),
     /// A word that is consistent at rest and in which the body moves away.
     Word(Word),
     /// A corner after which the body moves away.
@@ -688,6 +713,16 @@ impl Verdict {
                 let cycle = rescaled(cycle.iter().map(step).collect(), map);
                 Finding::Decided(unstable, Argument::GrowingCycle, Evidence::Cycle(cycle))
             }
+            Decision::Trap(trap) => {
+                let range = |cell: &TrapCell| TrapRange {
+                    contact: ContactNumber::of(cell.contact),
+                    slope: cell.phi.map(libm::tan),
+                    weight: cell.weight,
+                    growth: cell.growth,
+                };
+                let ranges = trap.iter().map(range).collect();
+                Finding::Decided(unstable, Argument::GrowingTrap, Evidence::Trap(ranges))
+            }
             Decision::Escapes(corner) => Finding::Decided(
                 unstable,
                 Argument::AcceleratingMode,
@@ -714,6 +749,7 @@ impl Evidence {
         };
         match self {
             Self::Cycle(cycle) => cycle.iter_mut().for_each(|corner| rename(&mut corner.contact)),
+            Self::Trap(ranges) => ranges.iter_mut().for_each(|range| rename(&mut range.contact)),
             Self::Away(corner) => rename(&mut corner.contact),
             Self::NoMotion(start) => start.contacts.iter_mut().for_each(rename),
             Self::Left { left, .. } => left.iter_mut().for_each(|(contact, _)| rename(contact)),

@@ -32,13 +32,12 @@ const SLACK: f64 = 1.01;
 ///
 /// W is computed by iteration on cells of √x and √y, and the inequality is checked at the end.
 pub(super) fn settling(l: &Local, weights: [I; 2]) -> f64 {
-    let det = l.nn[0][0] * l.nn[1][1] - l.nn[0][1] * l.nn[1][0];
     // E_i is at most `most` times E; and E_i κ + (√E_j + |ψ|√E_i)²/(1 − ψ²) is at least E at an impact at j, κ = `kappa`.
     let ratio = [0, 1].map(|i| l.g[i] / (l.nn[i][i] * weights[i]));
     let most = ratio.map(|ratio| ratio.hi.max(1.0));
     let kappa = ratio.map(|ratio| I::ONE.max(I::ONE / ratio).hi);
     let coupling = (l.psi[0] * l.psi[1]).non_negative().map_or(I::ZERO, I::sqrt);
-    let across = (det / (l.nn[0][0] * l.nn[1][1])).lo;
+    let across = (l.determinant() / (l.nn[0][0] * l.nn[1][1])).lo;
     let time =
         |i: usize| ((l.nn[i][i].times(2.0)).sqrt().times(2.0) / (l.g[i] * (I::ONE - l.e[i]))).hi;
     let times = [time(0), time(1)];

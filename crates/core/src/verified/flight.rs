@@ -8,6 +8,7 @@ use crate::math::ball::Ball;
 use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
 use crate::outcome::Uncertain;
+use crate::tolerance::CUT_ENERGY;
 use crate::verified::shape::{Frame, Shape};
 use crate::verified::similar::Recurrences;
 use crate::verified::{Gap, Model, Motion, interval, one};
@@ -32,6 +33,12 @@ pub(crate) enum Flight {
     Two {
         t: Interval,
     },
+    /// The flight is followed until 2E is at most `energy` and the time `t` has passed, but no further. E = ½u·D⁻¹u + λ·h never rises
+    /// again.
+    Cut {
+        energy: f64,
+        t: Interval,
+    },
     /// Neither contact lands again.
     Away,
     /// There is no such corner: the other contact does not stay on the terrain.
@@ -54,8 +61,9 @@ impl<T: Enclosed> Model<T> {
         }
     }
 
-    /// The state after contact j has landed with speed 1, and after all impacts at this instant.
-    fn corner(&self, j: usize) -> Option<(Motion<'_, T>, usize)> {
+    /// The state after contact j has landed with speed 1, and after all impacts at this instant. If these are not certain: the state after
+    /// those that are.
+    fn corner(&self, j: usize) -> Result<(Motion<'_, T>, usize), Motion<'_, T>> {
         let mut motion = Motion::new(self, [Gap::REST; 2]);
         motion.gaps[j].u = -one::<T>();
         let mut a = j;
@@ -63,33 +71,46 @@ impl<T: Enclosed> Model<T> {
             motion.collide(a, -motion.gaps[a].u);
             let other = motion.gaps[1 - a].u;
             if other.is_not_negative() {
-                return Some((motion, a));
+                return Ok((motion, a));
             }
             if !other.is_negative() {
-                return None;
+                break;
             }
             a = 1 - a;
         }
-        None
+        Err(motion)
     }
 }
 
 impl Flight {
-    /// The motion after contact j has landed with speed 1. `lets_go`: the contacts that certainly have no motion on the terrain.
-    pub(crate) fn after_corner(model: &Model<Interval>, j: usize, lets_go: [bool; 2]) -> Self {
+    /// The motion after contact j has landed with speed 1. `lets_go`: the contacts that certainly have no motion on the terrain. `energy`: a
+    /// bound of 2E, if E bounds the motion; the flight is cut where this is small, or where its course is not certain any more.
+    pub(crate) fn after_corner(
+        model: &Model<Interval>,
+        j: usize,
+        lets_go: [bool; 2],
+        energy: &impl Fn(&[Gap<Interval>; 2]) -> Option<f64>,
+    ) -> Self {
         if lets_go[1 - j] {
             return Self::Nowhere;
         }
-        match model.chatters() {
-            Some(true) => return Self::Two { t: Interval::ZERO },
-            Some(false) => {}
-            None => return Self::Unknown,
+        if model.chatters() == Some(true) {
+            return Self::Two { t: Interval::ZERO };
         }
-        let Some((mut motion, mut a)) = model.corner(j) else { return Self::Unknown };
+        let cut = |motion: &Motion<'_, Interval>, t: Interval| {
+            energy(&motion.gaps).map_or(Self::Unknown, |energy| Self::Cut { energy, t })
+        };
+        let (mut motion, mut a) = match model.corner(j) {
+            Ok(start) => start,
+            Err(motion) => return cut(&motion, Interval::ZERO),
+        };
         let mut clock = Interval::ZERO;
         for _ in 0..PLAIN {
             if let Some(flight) = motion.ends(a, lets_go) {
                 return flight.after(clock, Interval::ONE);
+            }
+            if energy(&motion.gaps).is_some_and(|energy| energy <= CUT_ENERGY) {
+                break;
             }
             match motion.next(a) {
                 Ok((hit, dt)) => (a, clock) = (hit, clock + dt),
@@ -97,7 +118,7 @@ impl Flight {
                 Err(_) => break,
             }
         }
-        Self::Unknown
+        cut(&motion, clock)
     }
 
     /// As [`Flight::after_corner`], more precisely and more slowly, for a corner that exists and at which impacts do not chatter. `fine`: the
@@ -107,12 +128,13 @@ impl Flight {
         fine: &Model<Ball>,
         j: usize,
         lets_go: [bool; 2],
+        energy: &impl Fn(&[Gap<Interval>; 2]) -> Option<f64>,
     ) -> Self {
-        let start = fine.corner(j).and_then(|(motion, a)| {
+        let start = fine.corner(j).ok().and_then(|(motion, a)| {
             Some((Frame::new(Shape::of(motion.gaps, a)?), interval(motion.gaps[a].u)))
         });
         let Some((mut frame, mut size)) = start else { return Self::Unknown };
-        let mut clock = Interval::ZERO;
+        let (mut clock, mut cut) = (Interval::ZERO, Self::Unknown);
         let mut recurrences = Recurrences::new();
         for _ in 0..FINE {
             let shape = frame.shapes();
@@ -125,11 +147,32 @@ impl Flight {
             {
                 return Self::Two { t }.after(clock, size);
             }
+            let energy = energy(&motion.gaps);
+            cut = energy.map_or(Self::Unknown, |energy| {
+                Self::Cut { energy, t: Interval::ZERO }.after(clock, size)
+            });
+            if matches!(cut, Self::Cut { energy, .. } if energy <= CUT_ENERGY) {
+                break;
+            }
             let Some((factor, time)) = frame.step(fine, model) else { break };
             clock = clock + time * size;
             size = factor * size;
         }
-        Self::Unknown
+        cut
+    }
+
+    /// The energy of a flight that is cut; infinite if the end is not known, and zero for other ends.
+    pub(crate) fn energy_left(&self) -> f64 {
+        match self {
+            Self::Unknown => f64::INFINITY,
+            Self::Cut { energy, .. } => *energy,
+            _ => 0.0,
+        }
+    }
+
+    /// Returns true if both contacts may rest at the end.
+    pub(crate) fn may_rest_both(&self) -> bool {
+        matches!(self, Self::Two { .. } | Self::Cut { .. })
     }
 
     /// This end after an earlier time, all speeds being larger by a factor.
@@ -140,7 +183,11 @@ impl Flight {
                 Self::One { kept, h: h * size.square(), u: u * size, t: later(t) }
             }
             Self::Two { t } => Self::Two { t: later(t) },
-            other => other,
+            Self::Cut { energy, t } => {
+                let energy = (Interval::from(energy) * size.square()).hi;
+                Self::Cut { energy, t: later(t) }
+            }
+            Self::Away | Self::Nowhere | Self::Unknown => self,
         }
     }
 }
@@ -182,9 +229,9 @@ mod tests {
             let (g, psi, e): ([f64; 2], [f64; 2], [f64; 2]) = ([g, other], [psi * ratio.min(1.0), psi / ratio.max(1.0)], [e, e * share]);
             let rough = Model::new(g.map(Interval::from), psi.map(Interval::from), e.map(Interval::from), 2);
             let fine = Model::new(g.map(Ball::from), psi.map(Ball::from), e.map(Ball::from), 2);
-            let plain = Flight::after_corner(&rough, j, [false; 2]);
+            let plain = Flight::after_corner(&rough, j, [false; 2], &|_| None);
             prop_assume!(!matches!(plain, Flight::Unknown | Flight::Away) && rough.chatters() == Some(false));
-            let finer = Flight::after_corner_finely(&rough, &fine, j, [false; 2]);
+            let finer = Flight::after_corner_finely(&rough, &fine, j, [false; 2], &|_| None);
             let (Flight::One { kept, h, u, t }, Flight::One { kept: also, h: h2, u: u2, t: t2 }) = (plain, finer) else {
                 return Err(TestCaseError::fail(format!("{plain:?} {finer:?}")));
             };
@@ -199,7 +246,7 @@ mod tests {
         fn a_flight_in_doubles_ends_alike(g in 0.2..2.0, other in 0.2..2.0, psi in -0.9..0.5, e in 0.05..0.6, j in 0..2_usize) {
             let (g, psi, e): ([f64; 2], [f64; 2], [f64; 2]) = ([g, other], [psi; 2], [e; 2]);
             let model = Model::new(g.map(Interval::from), psi.map(Interval::from), e.map(Interval::from), 2);
-            let Flight::One { kept, h, t, .. } = Flight::after_corner(&model, j, [false; 2]) else { return Ok(()) };
+            let Flight::One { kept, h, t, .. } = Flight::after_corner(&model, j, [false; 2], &|_| None) else { return Ok(()) };
             let (mut gaps, mut rates, mut time, mut last) = ([0.0; 2], [0.0; 2], 0.0, j);
             rates[j] = -1.0;
             for _ in 0..2000 {
