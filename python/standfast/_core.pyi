@@ -1083,6 +1083,8 @@ class Verdict:
     @property
     def jams(self) -> _Jams: ...
     @property
+    def width(self) -> float: ...
+    @property
     def reason(self) -> _Reason | None: ...
     @property
     def in_words(self) -> str: ...
@@ -1195,6 +1197,7 @@ class Sweep:
         options: dict[str, Any] | None = None,
         jams: str | None = None,
         hold: bool = False,
+        width: float = 1e-12,
     ) -> Self: ...
     @property
     def size(self) -> int: ...
@@ -1209,6 +1212,7 @@ def stability(
     posture: Posture | Mechanism,
     *,
     jams: _Jams = "none",
+    width: float = 1e-12,
     trials: int = 0,
     seed: int = 0,
 ) -> Verdict: ...

@@ -280,6 +280,7 @@ def stability(
     scene: Annotated[Path, Parameter(converter=_path)],
     *,
     jams: Annotated[str | None, Parameter(negative=())] = None,
+    width: float = 1e-12,
     trials: Annotated[int, Parameter(converter=_whole)] = 0,
     seed: Annotated[int, Parameter(converter=_whole)] = 0,
     json: Annotated[Path | None, _JSON] = None,
@@ -293,6 +294,9 @@ def stability(
         Scene file, TOML or JSON.
     jams
         What happens where a contact jams, "none" or "impact". Without this option, what the scene says.
+    width
+        The verdict holds for all scenes whose numbers differ from those of the file by at most this share: 1e-3, say, for a body that was
+        measured.
     trials
         Number of random small kicks to simulate as well.
     seed
@@ -318,6 +322,7 @@ def stability(
             if isinstance(loaded, sf.MechanismScene)
             else loaded.posture,
             jams=cast(Any, jams or loaded.options["jams"]),
+            width=width,
             trials=trials,
             seed=seed,
         )

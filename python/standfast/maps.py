@@ -66,6 +66,7 @@ def sweep(
     chunk: int | None = None,
     progress: bool | None = None,
     jams: str = "none",
+    width: float = 1e-12,
     torques: str | None = None,
     **options: Any,
 ) -> "xarray.Dataset":
@@ -86,7 +87,7 @@ def sweep(
     ProcessPoolExecutor or that of a Dask client, instead of threads. cache : folder for finished chunks; a later
     call with the same arguments reads them and computes only the missing ones. chunk : number of points in a
     chunk. progress : whether a progress bar is shown; None shows it on a terminal if tqdm is installed. jams : "none" or
-    "impact", as in `stability` and `simulate`.
+    "impact", as in `stability` and `simulate`. width : that of the numbers, as in `stability`.
 
     A chain: q is its configuration (dof,), and the paths are gravity, restitution, friction (of all feet), armature (of all joints
     with torques), base.angle; joint.1.angle, joint.1.torque, joint.1.armature; foot.1.slope, foot.1.friction, and so on for other joints and
@@ -134,7 +135,7 @@ def sweep(
             f"quantity = {names!r} cannot be used: each name is allowed only once"
         )
     hold = held(posture, axes, torques)
-    question = Sweep(posture, axes, names, q, qdot, options or None, jams, hold)
+    question = Sweep(posture, axes, names, q, qdot, options or None, jams, hold, width)
     parts = _divided(question.size, chunk)
     answers = _answers(question, parts, threads, executor, cache)
     columns: list[list[npt.NDArray[Any]]] = [[] for _ in names]
@@ -282,7 +283,9 @@ class Kept:
     """
 
     def __init__(self, cache: Path, question: Sweep) -> None:
-        posture, over, names, q, qdot, options, jams, hold = question.__reduce__()[1]
+        posture, over, names, q, qdot, options, jams, hold, width = (
+            question.__reduce__()[1]
+        )
         asked = {
             "standfast": _core.__version__,
             "build": _build(),
@@ -291,6 +294,7 @@ class Kept:
             "quantity": names,
             "jams": jams,
             "hold": hold,
+            "width": width,
             "q": None if q is None else np.asarray(q).tolist(),
             "qdot": None if qdot is None else np.asarray(qdot).tolist(),
             "options": None

@@ -18,8 +18,8 @@ use crate::outcome::Outcome;
 use crate::simulate::Simulation;
 use crate::simulate::parallel::in_blocks;
 use crate::stability::{
-    Argument, Conditions, Equilibrium, Stability, Verdict, WhyUndecided, conditions, judge,
-    mechanism_stability,
+    Argument, Conditions, Equilibrium, Stability, StabilityOptions, Verdict, WhyUndecided,
+    conditions, judge, mechanism_stability,
 };
 use parameters::{Field, OfContact, Subject};
 
@@ -330,7 +330,7 @@ pub struct Sweep {
     axes: Vec<Axis>,
     quantities: Vec<Quantity>,
     run: Option<(State, Options)>,
-    jams: Jams,
+    verdicts: StabilityOptions,
     size: usize,
 }
 
@@ -506,7 +506,14 @@ impl Sweep {
             let asked = format!("a grid of shape {lengths:?} of {count} quantities");
             return Err(unusable("over", &asked, &format!("at most {MOST_POINTS} values")));
         }
-        Ok(Self { subject, axes, quantities, run: None, jams: Jams::None, size })
+        Ok(Self {
+            subject,
+            axes,
+            quantities,
+            run: None,
+            verdicts: StabilityOptions::default(),
+            size,
+        })
     }
 
     /// The start and the options of the runs that [`Quantity::Fate`] and [`Quantity::ZenoTime`] need; nothing of them is
@@ -522,14 +529,24 @@ impl Sweep {
             return Err(unusable("certify", "true", "false, because a map has no proved bounds"));
         }
         self.run = Some((state, Options { record: false, ..options }));
-        self.jams = options.jams;
+        self.verdicts.jams = options.jams;
+        Ok(self)
+    }
+
+    /// The width of the verdicts, see [`StabilityOptions::width`].
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] for a width that is out of its range.
+    pub fn with_width(mut self, width: f64) -> Result<Self, Error> {
+        self.verdicts = StabilityOptions { width, ..self.verdicts }.checked()?;
         Ok(self)
     }
 
     /// What happens where a contact jams, in verdicts and in runs.
     #[must_use]
     pub fn with_jams(mut self, jams: Jams) -> Self {
-        self.jams = jams;
+        self.verdicts.jams = jams;
         if let Some((_, options)) = &mut self.run {
             options.jams = jams;
         }
@@ -572,7 +589,7 @@ impl Sweep {
         let posture = match self.subject(point) {
             Subject::Body(fields) => Posture::new(fields)?,
             Subject::Chain(fields, q, hold) => {
-                let verdict = mechanism_stability(&standing(fields, &q, hold)?, self.jams)?;
+                let verdict = mechanism_stability(&standing(fields, &q, hold)?, &self.verdicts)?;
                 for (value, quantity) in row.iter_mut().zip(&self.quantities) {
                     *value = quantity.of(&verdict);
                 }
@@ -582,7 +599,7 @@ impl Sweep {
         let asks = |test: &dyn Fn(&Quantity) -> bool| self.quantities.iter().any(test);
         let verdict = if asks(&|q| matches!(q, Quantity::Verdict(_))) {
             let bound = asks(&|q| matches!(q, Quantity::Verdict(OfVerdict::Amplification)));
-            Some(judge(&posture, self.jams, bound)?)
+            Some(judge(&posture, self.verdicts, bound)?)
         } else {
             None
         };

@@ -8,11 +8,10 @@ use nalgebra::{DMatrix, DVector};
 use random::Random;
 use standfast::body::{ContactRows, Mechanism, MechanismFields};
 use standfast::modes::{MechanismProblem, Method, contact_modes};
-use standfast::options::Jams;
 use standfast::simulate::simulate_mechanism;
 use standfast::stability::{
-    Argument, Evidence, Stability, Verdict, WhyUndecided, mechanism_forces, mechanism_stability,
-    stability, static_forces,
+    Argument, Evidence, Stability, StabilityOptions, Verdict, WhyUndecided, mechanism_forces,
+    mechanism_stability, stability, static_forces,
 };
 use standfast::{Contact, Options, Outcome, Posture, PostureFields};
 
@@ -73,7 +72,7 @@ fn the_verdict_on_a_rigid_body_is_that_on_its_posture() {
         let posture = posture(&mut random, feet);
         let verdict = stability(&posture).unwrap();
         let mechanism = Mechanism::of_posture(&posture).unwrap();
-        let other = mechanism_stability(&mechanism, Jams::None).unwrap();
+        let other = mechanism_stability(&mechanism, &StabilityOptions::default()).unwrap();
         assert_eq!(verdict.frictional_stability, other.frictional_stability, "{case}");
         assert_eq!(verdict.by, other.by, "{case}");
         // The bound is found on pieces that depend on rounding.
@@ -130,7 +129,7 @@ fn the_verdict_on_two_contacts_does_not_depend_on_the_coordinates() {
         let s =
             DMatrix::from_fn(3, 3, |i, j| f64::from(u8::from(i == j)) + random.between(-0.3, 0.3));
         let mechanism = changed(&Mechanism::of_posture(&posture).unwrap(), &s);
-        let other = mechanism_stability(&mechanism, Jams::None).unwrap();
+        let other = mechanism_stability(&mechanism, &StabilityOptions::default()).unwrap();
         same(&verdict, &other, case);
         // The search on the circle of corners starts with pieces that depend on the unit of mass: it may end without a result for one of the
         // two. Whatever is proved is the same.
@@ -174,7 +173,7 @@ fn joints_with_torques_are_never_proved_stable() {
         let posture = posture(&mut random, 2);
         let rigid = Mechanism::of_posture(&posture).unwrap();
         let mechanism = with_joints(&rigid, 1 + case % 3, &mut random);
-        let verdict = mechanism_stability(&mechanism, Jams::None).unwrap();
+        let verdict = mechanism_stability(&mechanism, &StabilityOptions::default()).unwrap();
         *counts.entry(verdict.by.map_or("undecided", Argument::as_str)).or_insert(0) += 1;
         assert_ne!(verdict.frictional_stability, Stability::Stable, "{case}");
         match (verdict.by, &verdict.evidence) {
@@ -263,7 +262,7 @@ fn a_jam_of_one_of_three_feet_is_found_in_any_coordinates() {
     .unwrap();
     let s = DMatrix::from_row_slice(3, 3, &[1.0, 0.5, 0.0, 0.0, 1.0, 0.3, 0.2, 0.0, 1.0]);
     let mechanism = changed(&Mechanism::of_posture(&posture).unwrap(), &s);
-    let verdict = mechanism_stability(&mechanism, Jams::None).unwrap();
+    let verdict = mechanism_stability(&mechanism, &StabilityOptions::default()).unwrap();
     assert_eq!(verdict.by, Some(Argument::NoSolution));
     let Some(Evidence::NoMotion(start)) = verdict.evidence else { panic!("{verdict:?}") };
     let run = simulate_mechanism(&mechanism, &start.q, &start.qdot, &Options::default()).unwrap();

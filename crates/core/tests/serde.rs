@@ -287,6 +287,7 @@ fn a_verdict_is_read_as_it_was_written() {
             Some(Evidence::Margins { .. }) => "margins",
             Some(Evidence::Potential(_)) => "potential",
             Some(Evidence::Cycle(_)) => "cycle",
+            Some(Evidence::Trap(_)) => "trap",
             Some(Evidence::Word(_)) => "word",
             Some(Evidence::Away(_)) => "away",
             Some(Evidence::Motion { .. }) => "motion",

@@ -10,7 +10,8 @@ use standfast::State;
 use standfast::modes::{ContactProblem, MechanismProblem};
 use standfast::options::Jams;
 use standfast::stability::{
-    StaticForces, Verdict, holding_pairs, mechanism_forces, mechanism_pairs, mechanism_stability,
+    DEFAULT_WIDTH, StabilityOptions, StaticForces, Verdict, holding_pairs, mechanism_forces,
+    mechanism_pairs, mechanism_stability,
 };
 
 use crate::chain::PyChain;
@@ -179,6 +180,12 @@ impl PyVerdict {
         word(&self.verdict.jams)
     }
 
+    /// The width of the numbers for which the verdict holds: see `stability`.
+    #[getter]
+    fn width(&self) -> f64 {
+        self.verdict.width
+    }
+
     /// Why the verdict is "undecided", in one word: "ambiguous" (several words are consistent at rest), "jam" (a contact that
     /// slides jams, or may jam: no word is consistent), "modes" (after a slide or a landing several words are consistent, or rounding decides), "energy"
     /// (frictionless motion need not come to rest: neither energy nor drift), "flight" (the impacts after a corner cannot be followed to their end with
@@ -234,10 +241,10 @@ impl PyVerdict {
     /// each pair that can stay closed while all other contacts open. Empty for other bodies.
     #[getter]
     fn pairs(&self) -> PyResult<Vec<Self>> {
-        let jams = self.verdict.jams;
+        let options = StabilityOptions { jams: self.verdict.jams, width: self.verdict.width };
         let found = match &self.on {
-            Standing::Body(posture) => holding_pairs(&posture.0, jams),
-            Standing::Mechanism(mechanism) => mechanism_pairs(&mechanism.0, jams),
+            Standing::Body(posture) => holding_pairs(&posture.0, &options),
+            Standing::Mechanism(mechanism) => mechanism_pairs(&mechanism.0, &options),
         };
         let found = found.map_err(|e| to_py(&e))?;
         Ok(found.into_iter().map(|verdict| Self { on: self.on.clone(), verdict }).collect())
@@ -354,6 +361,9 @@ impl PyVerdict {
         if self.verdict.jams != Jams::None {
             keywords.set_item("jams", self.jams())?;
         }
+        if self.verdict.width != DEFAULT_WIDTH {
+            keywords.set_item("width", self.verdict.width)?;
+        }
         if let Some(trials) = &self.verdict.trials {
             keywords.set_item("trials", trials.kicks)?;
             keywords.set_item("seed", trials.seed)?;
@@ -370,6 +380,7 @@ impl PyVerdict {
             let other = other.get();
             self.on == other.on
                 && self.verdict.jams == other.verdict.jams
+                && self.verdict.width == other.verdict.width
                 && self.verdict.trials == other.verdict.trials
         })
     }
@@ -395,7 +406,10 @@ impl PyVerdict {
 ///
 /// The verdict is for small motions, to first order, with frictionless impacts (the paper's local model). jams : what happens where a contact
 /// slides and no contact mode is consistent (Painlevé): "none" (no motion exists, and the verdict is "unstable" by "no-solution") or
-/// "impact" (the plastic impact of `simulate(..., jams="impact")` follows). trials : number of
+/// "impact" (the plastic impact of `simulate(..., jams="impact")` follows). width : the verdict holds for all scenes whose numbers differ from
+/// those given by at most this share: arms of contacts by this share of the longest arm or of the radius of gyration, slopes by this angle in
+/// rad, restitution, friction and radius of gyration by this share of themselves; 1e-3, say, for a body that was measured. Zeros and slopes that
+/// are multiples of a right angle are exact. From 0 to 0.1. trials : number of
 /// random small kicks to simulate as well. seed : seed of their random numbers. verdict.trials has their results, which are
 /// evidence and never change the verdict.
 ///
@@ -411,20 +425,22 @@ impl PyVerdict {
 /// >>> sf.stability(rod, trials=100).trials
 /// {'seed': 0, 'kicks': 100, 'rest': 100, 'others': {}}
 #[pyfunction]
-#[pyo3(signature = (posture, *, jams=None, trials=0, seed=0, **unknown), text_signature = "(posture, *, jams=\"none\", trials=0, seed=0)")]
+#[pyo3(signature = (posture, *, jams=None, width=DEFAULT_WIDTH, trials=0, seed=0, **unknown), text_signature = "(posture, *, jams=\"none\", width=1e-12, trials=0, seed=0)")]
 pub(crate) fn stability(
     py: Python<'_>,
     #[pyo3(from_py_with = standing)] posture: Standing,
     jams: Option<&Bound<'_, PyAny>>,
+    #[pyo3(from_py_with = input::width)] width: f64,
     #[pyo3(from_py_with = input::trials)] trials: usize,
     #[pyo3(from_py_with = input::seed)] seed: usize,
     unknown: Option<&Bound<'_, PyDict>>,
 ) -> PyResult<PyVerdict> {
     input::no_keywords("stability", unknown)?;
     let jams = jams.map_or(Ok(Jams::None), crate::options::jams)?;
+    let options = StabilityOptions { jams, width };
     let found = match &posture {
-        Standing::Body(posture) => standfast::stability::stability_with(&posture.0, jams),
-        Standing::Mechanism(of) => mechanism_stability(&of.0, jams),
+        Standing::Body(posture) => standfast::stability::stability_with(&posture.0, &options),
+        Standing::Mechanism(of) => mechanism_stability(&of.0, &options),
     };
     let mut verdict = found.map_err(|e| to_py(&e))?;
     if trials > 0 {

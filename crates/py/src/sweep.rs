@@ -4,6 +4,7 @@ use numpy::{IntoPyArray, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
 use standfast::options::Jams;
+use standfast::stability::DEFAULT_WIDTH;
 use standfast::sweep::{Axis, Column, Quantity, Sweep, ValueKind, grid_size};
 use standfast::{Error, Options, State};
 
@@ -57,13 +58,14 @@ pub(crate) struct PySweep {
     quantities: Vec<Quantity>,
     start: Option<(State, Options)>,
     jams: Jams,
+    width: f64,
     sweep: Sweep,
 }
 
 #[pymethods]
 impl PySweep {
     #[new]
-    #[pyo3(signature = (posture, over, quantities, q=None, qdot=None, options=None, jams=None, hold=false))]
+    #[pyo3(signature = (posture, over, quantities, q=None, qdot=None, options=None, jams=None, hold=false, width=DEFAULT_WIDTH))]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
     fn new(
         posture: &Bound<'_, PyAny>,
@@ -74,6 +76,7 @@ impl PySweep {
         options: Option<&Bound<'_, PyDict>>,
         jams: Option<&Bound<'_, PyAny>>,
         hold: bool,
+        #[pyo3(from_py_with = input::width)] width: f64,
     ) -> PyResult<Self> {
         let jams = jams.map_or(Ok(Jams::None), crate::options::jams)?;
         let of = match posture.cast::<PyChain>() {
@@ -122,8 +125,17 @@ impl PySweep {
         if let Some((state, options)) = given {
             sweep = sweep.from_start(state, options).map_err(|e| to_py(&e))?;
         }
-        sweep = sweep.with_jams(jams);
-        Ok(Self { jams, of, axes, names: quantities, quantities: asked, start: given, sweep })
+        sweep = sweep.with_jams(jams).with_width(width).map_err(|e| to_py(&e))?;
+        Ok(Self {
+            jams,
+            width,
+            of,
+            axes,
+            names: quantities,
+            quantities: asked,
+            start: given,
+            sweep,
+        })
     }
 
     /// Number of points.
@@ -194,7 +206,8 @@ impl PySweep {
             }
         };
         let (names, jams) = (self.names.clone(), word(&self.jams));
-        let arguments = (of, over, names, q, qdot, options, jams, hold).into_pyobject(py)?;
+        let arguments =
+            (of, over, names, q, qdot, options, jams, hold, self.width).into_pyobject(py)?;
         Ok((py.get_type::<Self>().into_any(), arguments))
     }
 }

@@ -23,7 +23,9 @@ use crate::outcome::RunContact;
 use crate::scene::Scene;
 use crate::serial::numbers::Extended;
 use crate::simulate::Simulation;
-use crate::stability::{equilibrium_region, friction_margin, stability_with, static_forces};
+use crate::stability::{
+    StabilityOptions, equilibrium_region, friction_margin, stability_with, static_forces,
+};
 use crate::sweep::{Axis, Column, Quantity, Sweep};
 
 pub use film::Film;
@@ -265,7 +267,11 @@ fn or_error<T: Serialize>(result: Result<T, Error>) -> Value {
 /// All about the posture of a scene, at rest in its nominal configuration.
 fn about(scene: &Scene) -> Value {
     let posture = &scene.posture;
-    let verdict = stability_with(posture, scene.options.jams).map(|verdict| {
+    let verdict = stability_with(
+        posture,
+        &StabilityOptions { jams: scene.options.jams, ..StabilityOptions::default() },
+    )
+    .map(|verdict| {
         let mut written = json!(verdict);
         written["in_words"] = json!(verdict.in_words());
         written["reason"] = json!(verdict.reason());

@@ -193,11 +193,6 @@ pub(super) fn local_of(posture: &Posture, state: &State) -> Option<(Model<Ball>,
     Some((model, [gap(0), gap(1)]))
 }
 
-/// The local model of a body.
-pub(crate) fn local_model(posture: &Posture) -> Option<Model<Ball>> {
-    local_of(posture, &State::at_rest([0.0; 3])).map(|(model, _)| model)
-}
-
 impl<'a> FullEnclosure<'a> {
     fn new(
         posture: &Posture,

@@ -18,7 +18,7 @@ use crate::verified::{Gap, Model, Motion};
 
 mod full;
 
-pub(crate) use full::{enclose_full, local_model};
+pub(crate) use full::enclose_full;
 
 /// The enclosures proved so far.
 struct Claims<'a> {

@@ -45,6 +45,13 @@ impl Ball {
         Self { hi, lo, radius: (radius + ROUNDING * hi.abs()) * SLACK }
     }
 
+    /// A ball that contains an interval.
+    pub(crate) fn containing([lo, hi]: [f64; 2]) -> Self {
+        let middle = 0.5 * lo + 0.5 * hi;
+        let radius = (hi - middle).max(middle - lo).next_up();
+        Self { hi: middle, lo: 0.0, radius: if lo == hi { 0.0 } else { radius } }
+    }
+
     /// The double nearest the centre.
     pub(crate) fn middle(self) -> f64 {
         self.hi

@@ -32,6 +32,11 @@ impl Interval {
         0.5 * self.lo + 0.5 * self.hi
     }
 
+    /// All numbers that differ from one in the interval by at most `by`.
+    pub(crate) fn widened(self, by: f64) -> Self {
+        if by == 0.0 { self } else { outward(self.lo - by, self.hi + by) }
+    }
+
     /// The largest absolute value.
     pub(crate) fn magnitude(self) -> Self {
         Self::from(self.lo.abs().max(self.hi.abs()))

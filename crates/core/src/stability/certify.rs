@@ -81,6 +81,8 @@ pub(crate) enum Decision {
 #[serde(rename_all = "lowercase")]
 #[non_exhaustive]
 pub enum WhyUndecided {
+    /// The contacts hold the body in some scenes within the width, and in others they do not.
+    Boundary,
     /// Several words are consistent at rest.
     Ambiguous,
     /// The contacts depend on each other, or nearly so, or the signs that decide are not certain.
@@ -103,7 +105,8 @@ pub enum WhyUndecided {
 
 impl WhyUndecided {
     /// All of them.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
+        Self::Boundary,
         Self::Ambiguous,
         Self::Degenerate,
         Self::Jam,
@@ -119,6 +122,7 @@ impl WhyUndecided {
     #[must_use]
     pub const fn as_str(self) -> &'static str {
         match self {
+            Self::Boundary => "boundary",
             Self::Ambiguous => "ambiguous",
             Self::Degenerate => "degenerate",
             Self::Jam => "jam",
@@ -135,6 +139,9 @@ impl WhyUndecided {
     #[must_use]
     pub const fn in_words(self) -> &'static str {
         match self {
+            Self::Boundary => {
+                "the centre of mass is on the boundary of the equilibrium region, up to the width of the numbers"
+            }
             Self::Ambiguous => {
                 "several contact modes are consistent at rest; rigid-body mechanics does not say which one follows"
             }
@@ -368,11 +375,12 @@ fn verified(map: &CornerMap, cycle: &[Corner]) -> bool {
 mod tests {
     use super::*;
     use crate::options::Jams;
+    use crate::stability::local::Local;
     use crate::stability::tests::odd;
 
     #[test]
     fn a_growing_cycle_comes_back_to_its_first_corner_and_grows() {
-        let map = CornerMap::new(&odd(0.26), Jams::None).expect("a corner map");
+        let map = CornerMap::of(Local::new(&odd(0.26), 0.0).expect("two contacts"), Jams::None);
         let Decision::Grows(cycle) = decide(&map) else { panic!("no growing cycle") };
         let (mut at, mut growth) = ((cycle[0].contact, cycle[0].phi), 0.0);
         for corner in cycle.iter().chain([&cycle[0]]) {

@@ -21,9 +21,6 @@
 //! The local model has no intrinsic scale. Therefore only φ = atan(ξ/y) matters, and the growth G = r'/r of r, where r² = ξ² + y². For each
 //! landing contact j the corner map is a map of an interval of φ.
 
-use crate::body::Mechanism;
-use crate::body::posture::Posture;
-use crate::enclosure;
 use crate::math::ball::Ball;
 use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
@@ -31,7 +28,6 @@ use crate::options::Jams;
 use crate::stability::local::{Arc, BothSlide, FromRest, Local};
 use crate::stability::settling::settling;
 use crate::tolerance::{CUT_ENERGY, TRIGONOMETRIC_ERROR};
-use crate::verified::rows::{EnclosedRows, dot};
 use crate::verified::{Flight, Gap, Landing, Model};
 
 type I = Interval;
@@ -309,22 +305,21 @@ struct Flights {
 }
 
 impl Flights {
-    /// `fine`: the frictionless model with more digits.
-    fn of(local: &Local, fine: impl FnOnce() -> Option<Model<Ball>>) -> Self {
+    /// `cuts`: whether flights are cut.
+    fn of(local: &Local, cuts: bool) -> Self {
         let lets_go = [0, 1].map(|k| local.lets_go(k));
         let model = Model::new(local.g, local.psi, local.e, 2);
-        let weights = local.weights();
-        let bounded = weights.iter().all(|weight| weight.is_positive());
-        let energy = |gaps: &[Gap<I>; 2]| bounded.then(|| local.twice_energy(gaps, &weights).hi);
-        let mut ends = [0, 1].map(|j| Flight::after_corner(&model, j, lets_go, &energy));
+        let energy = local.energy().filter(|_| cuts);
+        let mut ends = [0, 1].map(|j| Flight::after_corner(&model, j, lets_go, energy.as_ref()));
         let open = |flight: &Flight| flight.energy_left() > CUT_ENERGY;
-        if ends.iter().any(open)
-            && let Some(fine) = fine()
-        {
+        if ends.iter().any(open) {
+            let fine = |x: [I; 2]| x.map(|x| Ball::containing(x.bounds()));
+            let fine = Model::new(fine(local.g), fine(local.psi), fine(local.e), 2);
             for j in 0..2 {
                 // If one remains unknown, the other one rarely decides.
                 if open(&ends[j]) && (j == 0 || ends[0] != Flight::Unknown) {
-                    let finer = Flight::after_corner_finely(&model, &fine, j, lets_go, &energy);
+                    let finer =
+                        Flight::after_corner_finely(&model, &fine, j, lets_go, energy.as_ref());
                     if finer.energy_left() < ends[j].energy_left() {
                         ends[j] = finer;
                     }
@@ -332,18 +327,20 @@ impl Flights {
             }
         }
         let is_cut = |flight: &Flight| matches!(flight, Flight::Cut { .. });
-        let settles = if ends.iter().any(is_cut) { settling(local, weights) } else { 0.0 };
-        let cut = ends.map(|flight| match flight {
-            Flight::Cut { energy, t } => {
-                // 2E = u²/D'_mm + 2 λ_m h with 1/D'_mm = D_kk/det D, k the contact that rests.
-                let energy = I::from(energy);
-                let rate =
-                    |m: usize| (energy * local.determinant() / local.nn[1 - m][1 - m]).sqrt().hi;
-                let gap = |m: usize| (energy / weights[m].times(2.0)).hi;
+        let settles = match &energy {
+            Some(energy) if ends.iter().any(is_cut) => settling(local, energy.weights),
+            _ => 0.0,
+        };
+        let cut = ends.map(|flight| match (flight, &energy) {
+            (Flight::Cut { energy: left, t }, Some(energy)) => {
+                // At the end, where one contact rests: 2E = u² (D⁻¹)_mm + 2 λ_m h for the other one.
+                let left = I::from(left);
+                let rate = |m: usize| (left / energy.inverse[m][m]).sqrt().hi;
+                let gap = |m: usize| (left / energy.weights[m].times(2.0)).hi;
                 Some(Remainder {
                     h: [0, 1].map(|m| I::new(0.0, gap(m))),
                     u: [0, 1].map(|m| I::new(-rate(m), rate(m))),
-                    t: t + I::new(0.0, (I::from(settles) * energy.sqrt()).hi),
+                    t: t + I::new(0.0, (I::from(settles) * left.sqrt()).hi),
                 })
             }
             _ => None,
@@ -359,31 +356,22 @@ impl Slide<'_> {
 }
 
 impl CornerMap {
-    pub(crate) fn new(posture: &Posture, jams: Jams) -> Option<Self> {
-        Some(Self::of(Local::new(posture)?, || enclosure::local_model(posture), jams))
+    /// The same map with flights that are followed to their end, if some are cut.
+    pub(crate) fn followed(&self) -> Option<Self> {
+        self.remainders.iter().any(Option::is_some).then(|| {
+            let flights = Flights::of(&self.local, false);
+            Self { flights: flights.ends, remainders: flights.cut, ..self.clone() }
+        })
     }
 
-    /// That of a mechanism with three coordinates that are not locked.
-    pub(crate) fn of_mechanism(mechanism: &Mechanism, jams: Jams) -> Option<Self> {
-        let fine = || {
-            let rows = EnclosedRows::<Ball>::of(mechanism)?;
-            let n = |i: usize, j: usize| dot(&rows.normals[i], &rows.normals[j]);
-            let psi = [(-n(0, 1)).over(n(0, 0))?, (-n(0, 1)).over(n(1, 1))?];
-            let e = [0, 1].map(|i| Ball::from(mechanism.restitution(i)));
-            Some(Model::new([0, 1].map(|i| rows.gravity(i)), psi, e, 2))
-        };
-        Some(Self::of(Local::of_mechanism(mechanism)?, fine, jams))
-    }
-
-    /// `fine`: the frictionless model with more digits.
-    fn of(local: Local, fine: impl FnOnce() -> Option<Model<Ball>>, jams: Jams) -> Self {
+    pub(super) fn of(local: Local, jams: Jams) -> Self {
         // The sign of v_t for ξ < 0 and for ξ > 0.
         let sides =
             [0, 1].map(|k| if local.alpha[k].is_positive() { [-1.0, 1.0] } else { [1.0, -1.0] });
         let slides = [0, 1].map(|k| sides[k].map(|side| local.slide(k, side)));
         let ends = |k: usize, side: f64| jams == Jams::Impact && local.jams_alone(k, side);
         let jump = |k: usize| sides[k].map(|side| ends(k, side).then(|| local.jump(k)));
-        let flights = Flights::of(&local, fine);
+        let flights = Flights::of(&local, true);
         Self {
             flights: flights.ends,
             remainders: flights.cut,
@@ -406,12 +394,6 @@ impl CornerMap {
     /// Returns true if certainly no mode continues the motion with both contacts sliding with this sign of s.
     pub(super) fn jams_together(&self, side: f64) -> bool {
         self.both[usize::from(side > 0.0)] == BothSlide::Jams
-    }
-
-    /// The smaller |α_i| of the two contacts. α_i is the speed of contact i per unit speed s of the body when both contacts slide. If it is
-    /// near zero, contact i hardly moves.
-    pub(crate) fn least_slide(&self) -> f64 {
-        self.local.alpha.iter().map(|alpha| alpha.middle().abs()).fold(f64::INFINITY, f64::min)
     }
 
     /// Returns true if some contact jams when it slides alone, and jams are no impacts.
@@ -802,8 +784,13 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::body::Posture;
     use crate::math::cases::fixed;
     use crate::stability::tests::odd;
+
+    fn map_of(posture: &Posture) -> Option<CornerMap> {
+        Local::new(posture, 0.0).map(|local| CornerMap::of(local, Jams::None))
+    }
 
     /// L = 1, ρ = 2, e = 1/5, g = 1: ψ = −3/5. Contact j bounces for T = 2e/(g(1−e)) = 1/2, and the other one is then at
     /// h = |ψ|T/(1−e) − gT²/2 = 1/4 with u = |ψ|(1+e)/(1−e) − gT = 2/5. It falls with g(1+ψ) = 2/5 and lands with
@@ -820,7 +807,7 @@ mod tests {
             },
         )
         .expect("a rod");
-        let map = CornerMap::new(&rod, Jams::None).expect("a corner map");
+        let map = map_of(&rod).expect("a corner map");
         let near = |x: I, exact: f64| x.lo <= exact && exact <= x.hi && x.hi - x.lo < 1e-13;
         for (j, right) in [(0, false), (0, true), (1, false), (1, true)] {
             let slides = map.fast(j, right).expect("a slide");
@@ -856,7 +843,7 @@ mod tests {
         ) {
             let rod = Posture::rod(1.0, &Lamina { gyration_radius: Some(rho), restitution: e, friction: mu, gravity: 1.0, ..Lamina::default() }).expect("a rod");
             let above = PostureFields { center_of_mass: [0.0, height], ..rod.fields().clone() };
-            let map = CornerMap::new(&Posture::new(above).expect("a posture"), Jams::None).expect("a corner map");
+            let map = map_of(&Posture::new(above).expect("a posture")).expect("a corner map");
             let [one, two] = [(0, 1.0), (1, -1.0)].map(|(j, side)| corners(&map.images(j, &Cell::point(side * phi)), side));
             prop_assert_eq!((one.0.len(), one.1), (two.0.len(), two.1));
             for ((i, one), (j, two)) in one.0.into_iter().zip(two.0) {
@@ -868,7 +855,7 @@ mod tests {
         fn the_images_of_a_cell_contain_those_of_its_corners(
             low in -1.5..1.2, width in 0.001..0.3, share in 0.0..1.0, e in 0.01..0.4, j in 0..2_usize,
         ) {
-            let map = CornerMap::new(&odd(e), Jams::None).expect("a corner map");
+            let map = map_of(&odd(e)).expect("a corner map");
             let (all, others) = corners(&map.images(j, &Cell::new(low, low + width)), 1.0);
             for (i, point) in corners(&map.images(j, &Cell::point(low + share * width)), 1.0).0 {
                 let found = all.iter().any(|(contact, image)| *contact == i && meets(point, *image));

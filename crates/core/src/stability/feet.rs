@@ -36,8 +36,8 @@ use crate::outcome::ContactNumber;
 use crate::stability::certify::WhyUndecided;
 use crate::stability::conditions::with_contacts;
 use crate::stability::existence::{self, NoMotion, Standing};
-use crate::stability::local::{Local, Row, length};
-use crate::stability::{Argument, Evidence, Finding, Stability, Verdict, judge};
+use crate::stability::local::{Local, Row, length, size_of};
+use crate::stability::{Argument, Evidence, Finding, Stability, StabilityOptions, Verdict, judge};
 
 type I = Interval;
 
@@ -112,9 +112,11 @@ fn are_mirrored(posture: &Posture, [i, j]: [usize; 2]) -> bool {
 }
 
 /// The rays of K; `None` if they are not certain, or if K may have no interior.
-fn rays(posture: &Posture) -> Option<Vec<KnownRay>> {
+fn rays(posture: &Posture, width: f64) -> Option<Vec<KnownRay>> {
     let f = posture.fields();
-    let rows: Vec<Row> = f.contacts.iter().map(|k| Row::of(k, f.center_of_mass)).collect();
+    let size = size_of(f, &f.contacts);
+    let rows: Vec<Row> =
+        f.contacts.iter().map(|k| Row::of(k, f.center_of_mass, width, size)).collect();
     let mut found = Vec::new();
     for i in 0..rows.len() {
         for j in i + 1..rows.len() {
@@ -130,7 +132,7 @@ fn rays(posture: &Posture) -> Option<Vec<KnownRay>> {
                 }
                 let level = are_mirrored(posture, [i, j]);
                 let rise = if level { Some(0) } else { z[1].sign() };
-                let local = Local::of(f, [&f.contacts[i], &f.contacts[j]])?;
+                let local = Local::of(f, [&f.contacts[i], &f.contacts[j]], width)?;
                 found.push(KnownRay { pair: [i, j], z, rise, local });
             }
         }
@@ -242,10 +244,11 @@ fn level_pair(posture: &Posture) -> Option<[usize; 2]> {
 }
 
 /// The verdict of *Neutral*, if it applies.
-pub(super) fn neutral(posture: &Posture, jams: Jams) -> Option<Finding> {
+pub(super) fn neutral(posture: &Posture, options: StabilityOptions) -> Option<Finding> {
+    let StabilityOptions { jams, width } = options;
     let f = posture.fields();
     let pair = level_pair(posture)?;
-    let local = Local::of(f, pair.map(|k| &f.contacts[k]))?;
+    let local = Local::of(f, pair.map(|k| &f.contacts[k]), width)?;
     let bears = local.weights().iter().all(|weight| weight.is_positive());
     if !bears || !f.contacts.iter().all(|contact| contact.friction > 0.0) {
         return None;
@@ -280,20 +283,20 @@ pub(super) fn neutral(posture: &Posture, jams: Jams) -> Option<Finding> {
 /// moves away.
 pub(super) fn decide(
     posture: &Posture,
-    jams: Jams,
+    options: StabilityOptions,
     moves_away: impl FnOnce() -> Result<Option<Word>, Error>,
 ) -> Result<(Finding, Option<Well>), Error> {
     let open =
         |reason| Finding::Undecided(Some(Evidence::Left { reason, cells: 0, left: Vec::new() }));
     let f = posture.fields();
     let rho2 = I::from(f.gyration_radius).square();
-    if let Some(found) = neutral(posture, jams) {
+    if let Some(found) = neutral(posture, options) {
         return Ok((found, None));
     }
-    let known = rays(posture);
+    let known = rays(posture, options.width);
     let mut well = None;
     // Where jams end by impacts a motion always exists.
-    let mut motion_exists = jams == Jams::Impact;
+    let mut motion_exists = options.jams == Jams::Impact;
     if let Some(rays) = &known {
         let slopes = rays.iter().map(|ray| ray.slope(f.gyration_radius));
         let width = slopes.map(|slope| slope.lo).fold(f64::INFINITY, f64::min);
@@ -338,7 +341,7 @@ pub(super) fn decide(
     let core: Vec<&KnownRay> = rays.iter().filter(|ray| ray.rise != Some(1)).collect();
     let mut pairs = Vec::new();
     for ray in &core {
-        pairs.push(pair_verdict(posture, ray.pair, jams)?);
+        pairs.push(pair_verdict(posture, ray.pair, options)?);
     }
     let descend = core.iter().all(|ray| ray.rise == Some(-1));
     let evidence = |pairs: &[Verdict]| {
@@ -378,18 +381,27 @@ fn shown(rays: &[KnownRay], rho2: I) -> Vec<Ray> {
 }
 
 /// The verdict on two contacts of a posture as its only ones, with their numbers in the posture.
-fn pair_verdict(posture: &Posture, places: [usize; 2], jams: Jams) -> Result<Verdict, Error> {
-    let mut verdict = judge(&with_contacts(posture, &places)?, jams, false)?;
+fn pair_verdict(
+    posture: &Posture,
+    places: [usize; 2],
+    options: StabilityOptions,
+) -> Result<Verdict, Error> {
+    let mut verdict = judge(&with_contacts(posture, &places)?, options, false)?;
     verdict.renumber(&places);
     Ok(verdict)
 }
 
 /// The verdicts on the pairs of contacts that can hold the body alone, one for each extreme ray; empty for fewer than three contacts, and
 /// where the rays are not certain.
-pub(super) fn holding_pairs(posture: &Posture, jams: Jams) -> Result<Vec<Verdict>, Error> {
+pub(super) fn holding_pairs(
+    posture: &Posture,
+    options: StabilityOptions,
+) -> Result<Vec<Verdict>, Error> {
     let mut found = Vec::new();
-    for ray in rays(posture).into_iter().flatten().filter(|_| posture.contacts().len() > 2) {
-        let verdict = pair_verdict(posture, ray.pair, jams)?;
+    for ray in
+        rays(posture, options.width).into_iter().flatten().filter(|_| posture.contacts().len() > 2)
+    {
+        let verdict = pair_verdict(posture, ray.pair, options)?;
         if verdict.equilibrium.holds {
             found.push(verdict);
         }
@@ -403,7 +415,7 @@ pub(super) fn laws(posture: &Posture) -> Vec<Impact> {
     let f = posture.fields();
     let rho2 = I::from(f.gyration_radius).square();
     let soft = f.contacts.iter().all(|contact| {
-        let row = Row::of(contact, f.center_of_mass);
+        let row = Row::of(contact, f.center_of_mass, 0.0, 0.0);
         [1.0, -1.0]
             .into_iter()
             .all(|side| row.stiffness(contact.friction, side, rho2).is_positive())

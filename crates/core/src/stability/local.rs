@@ -9,7 +9,7 @@ use crate::body::fields::PostureFields;
 use crate::body::posture::Posture;
 use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
-use crate::verified::Gap;
+use crate::verified::Energy;
 use crate::verified::rows::{EnclosedRows, dot};
 
 type I = Interval;
@@ -107,14 +107,17 @@ pub(super) struct Row {
 }
 
 impl Row {
-    pub(super) fn of(contact: &Contact, center_of_mass: [f64; 2]) -> Self {
+    /// `width`: that of the numbers, see [`StabilityOptions`](super::StabilityOptions); `size`: of the body, in m.
+    pub(super) fn of(contact: &Contact, center_of_mass: [f64; 2], width: f64, size: f64) -> Self {
         let exact = |x: f64| I::from(x);
         let [cos, sin] = match quarter_turns(contact.slope) {
             Some(parts) => parts.map(exact),
-            None => [libm::cos(contact.slope), libm::sin(contact.slope)].map(I::near),
+            None => [libm::cos(contact.slope), libm::sin(contact.slope)]
+                .map(|part| I::near(part).widened(width)),
         };
-        let arm: [I; 2] =
-            std::array::from_fn(|k| exact(contact.point[k]) - exact(center_of_mass[k]));
+        let arm: [I; 2] = std::array::from_fn(|k| {
+            (exact(contact.point[k]) - exact(center_of_mass[k])).widened(width * size)
+        });
         let (n, t) = ([-sin, cos], [cos, sin]);
         let (b, c) = (t[0] * arm[0] + t[1] * arm[1], n[0] * arm[0] + n[1] * arm[1]);
         Self { n, t, b, c }
@@ -138,6 +141,23 @@ impl Row {
     }
 }
 
+/// The unit of the widths of arms, in m: the longest arm of these contacts, or the radius of gyration if that is longer.
+pub(super) fn size_of<'c>(
+    f: &PostureFields,
+    contacts: impl IntoIterator<Item = &'c Contact>,
+) -> f64 {
+    let arm = |contact: &Contact| {
+        let [x, y] = [0, 1].map(|k| contact.point[k] - f.center_of_mass[k]);
+        libm::hypot(x, y)
+    };
+    contacts.into_iter().map(arm).fold(f.gyration_radius, f64::max)
+}
+
+/// The part of the interval of a restitution that is below 1.
+fn below_one(e: I) -> I {
+    I::new(e.lo.max(0.0), e.hi.min(1.0_f64.next_down()))
+}
+
 /// √(x² + y² + ρ²θ²)
 pub(super) fn length(z: [I; 3], rho2: I) -> I {
     (z[0].square() + z[1].square() + rho2 * z[2].square()).sqrt()
@@ -145,17 +165,23 @@ pub(super) fn length(z: [I; 3], rho2: I) -> I {
 
 impl Local {
     /// `None` if the two normal rows may be linearly dependent, or if the common sliding direction may leave one contact in place.
-    pub(crate) fn new(posture: &Posture) -> Option<Self> {
+    pub(crate) fn new(posture: &Posture, width: f64) -> Option<Self> {
         let [first, second] = posture.contacts() else { return None };
-        Self::of(posture.fields(), [first, second])
+        Self::of(posture.fields(), [first, second], width)
     }
 
     /// The constants of a body on these two contacts.
-    pub(super) fn of(f: &PostureFields, [first, second]: [&Contact; 2]) -> Option<Self> {
+    pub(super) fn of(
+        f: &PostureFields,
+        [first, second]: [&Contact; 2],
+        width: f64,
+    ) -> Option<Self> {
         let exact = |x: f64| I::from(x);
         let gravity = exact(f.gravity);
-        let rho2 = exact(f.gyration_radius).square();
-        let rows = [first, second].map(|contact| Row::of(contact, f.center_of_mass));
+        let wide = |x: f64| exact(x).widened(width * x);
+        let rho2 = wide(f.gyration_radius).square();
+        let size = size_of(f, [first, second]);
+        let rows = [first, second].map(|contact| Row::of(contact, f.center_of_mass, width, size));
         let dot = |x: [I; 2], y: [I; 2]| x[0] * y[0] + x[1] * y[1];
         let both = |f: &dyn Fn(usize, usize) -> I| [[f(0, 0), f(0, 1)], [f(1, 0), f(1, 1)]];
         let nn = both(&|i, j| {
@@ -174,7 +200,8 @@ impl Local {
             return None;
         }
         let z = z.map(|part| part / size);
-        let restitution = |i: usize| exact([first, second][i].restitution.unwrap_or(f.restitution));
+        let restitution =
+            |i: usize| below_one(wide([first, second][i].restitution.unwrap_or(f.restitution)));
         Self::with(Products {
             nn,
             tn,
@@ -184,13 +211,19 @@ impl Local {
             pull: each(&|i| -(gravity * rows[i].t[1])),
             drift: -(gravity * z[1]),
             e: each(&restitution),
-            mu: each(&|i| exact([first, second][i].friction)),
+            mu: each(&|i| wide([first, second][i].friction)),
         })
     }
 
     /// The constants of a mechanism with three coordinates that are not locked, on two contacts.
-    pub(crate) fn of_mechanism(mechanism: &Mechanism) -> Option<Self> {
-        let rows = EnclosedRows::<I>::of(mechanism)?;
+    pub(crate) fn of_mechanism(mechanism: &Mechanism, width: f64) -> Option<Self> {
+        let mut rows = EnclosedRows::<I>::of(mechanism)?;
+        let all = rows.normals.iter_mut().chain(&mut rows.tangents).chain([&mut rows.pull]);
+        for row in all {
+            let length = dot(row, row).sqrt().hi;
+            row.iter_mut().for_each(|part| *part = part.widened(width * length));
+        }
+        let wide = |x: f64| I::from(x).widened(width * x);
         let three = |row: &[I]| <[I; 3]>::try_from(row).ok();
         let [one, two] = &rows.normals[..] else { return None };
         // The unit of mass is a power of four for which max N_iM⁻¹N_iᵀ is from 16 to 64: with it the bounds on the amplification are mostly least.
@@ -221,8 +254,8 @@ impl Local {
             g: each(&|i| rows.gravity(i)),
             pull: each(&|i| dot(&tangents[i], &pull)),
             drift: dot(&pull, &z),
-            e: each(&|i| I::from(mechanism.restitution(i))),
-            mu: each(&|i| I::from(mechanism.contacts()[i].friction)),
+            e: each(&|i| below_one(wide(mechanism.restitution(i)))),
+            mu: each(&|i| wide(mechanism.contacts()[i].friction)),
         })
     }
 
@@ -273,12 +306,24 @@ impl Local {
         (repels && (0..2).any(drifts)).then_some(FlightsEnd::Drift)
     }
 
-    /// 2E = u·D⁻¹u + 2 λ·h of these gaps, per unit mass.
-    pub(super) fn twice_energy(&self, gaps: &[Gap<I>; 2], weights: &[I; 2]) -> I {
-        let [one, two] = gaps;
-        let kinetic = self.nn[1][1] * one.u.square() - (self.nn[0][1] * one.u * two.u).times(2.0)
-            + self.nn[0][0] * two.u.square();
-        kinetic / self.determinant() + (weights[0] * one.h + weights[1] * two.h).times(2.0)
+    /// The energy of frictionless motions; `None` unless it certainly bounds them (λ > 0).
+    pub(super) fn energy(&self) -> Option<Energy> {
+        let weights = self.weights();
+        let det = self.determinant();
+        let [[a, b], [_, c]] = self.nn;
+        let lost = |j: usize| {
+            let squared = self.e[j].square();
+            if squared.is_positive() {
+                (I::ONE - squared) / (squared * self.nn[j][j])
+            } else {
+                I::ZERO
+            }
+        };
+        weights.iter().all(|weight| weight.is_positive()).then(|| Energy {
+            inverse: [[c / det, -b / det], [-b / det, a / det]],
+            weights,
+            lost: [lost(0), lost(1)],
+        })
     }
 
     /// det D
@@ -418,45 +463,58 @@ impl Local {
     }
 
     /// Whether impulses in the cones of both contacts stop a motion in which both slide with this sign of s; `None` if the intervals do not
-    /// decide. An impulse w has the components N_1M⁻¹w, N_2M⁻¹w and z·w. Those of the edges N_j + f T_j, f = ±μ_j, are N_iM⁻¹N_j + f
-    /// T_jM⁻¹N_i and f α_j. The impulse that stops the body has the components (0, 0, −s).
+    /// decide. The impulse that stops the body has the components (0, 0, −s), see [`Local::in_cones`].
     pub(super) fn stops_both(&self, side: f64) -> Option<bool> {
-        let edge = |(j, way): (usize, f64)| {
-            let f = self.mu[j].times(way);
-            let of = |i: usize| self.nn[i][j] + f * self.tn[j][i];
-            [of(0), of(1), f * self.alpha[j]]
-        };
-        let edges = [(0, 1.0), (0, -1.0), (1, 1.0), (1, -1.0)].map(edge);
-        let target = [I::ZERO, I::ZERO, I::from(-side)];
+        self.in_cones([I::ZERO, I::ZERO, I::from(-side)])
+    }
+
+    /// Whether forces in the cones of both contacts hold the body; `None` if the intervals do not decide.
+    pub(super) fn holds(&self) -> Option<bool> {
+        self.in_cones([self.g[0], self.g[1], -self.drift])
+    }
+
+    /// Whether a force w, or an impulse, with the components N_1M⁻¹w, N_2M⁻¹w and z·w is a sum of forces in the cones of both contacts; `None` if
+    /// the intervals do not decide. The edges N_j + f T_j, f = ±μ_j, have the components N_iM⁻¹N_j + f T_jM⁻¹N_i and f α_j.
+    ///
+    /// It is if it lies on the inner side of each plane through two edges that has the other edges on one side, and it is not if it lies on
+    /// the outer side of one.
+    fn in_cones(&self, target: [I; 3]) -> Option<bool> {
+        let mut edges: SmallVec<[[I; 3]; 4]> = SmallVec::new();
+        for j in 0..2 {
+            let ways: &[f64] = if self.mu[j].is_zero() { &[0.0] } else { &[1.0, -1.0] };
+            for way in ways {
+                let f = self.mu[j].times(*way);
+                let of = |i: usize| self.nn[i][j] + f * self.tn[j][i];
+                edges.push([of(0), of(1), f * self.alpha[j]]);
+            }
+        }
         let cross = |a: [I; 3], b: [I; 3]| {
             let part = |i: usize, j: usize| a[i] * b[j] - a[j] * b[i];
             [part(1, 2), part(2, 0), part(0, 1)]
         };
         let dot = |a: [I; 3], b: [I; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-        // The target is inside if it is a sum of positive parts of three edges. It is outside if a plane through two edges has it on one
-        // side, and the other edges on the other side or in the plane.
-        for left in 0..4 {
-            let [a, b, c] = [1, 2, 3].map(|k| edges[(left + k) % 4]);
-            let volume = dot(a, cross(b, c));
-            let parts = [cross(b, c), cross(c, a), cross(a, b)].map(|n| dot(target, n) / volume);
-            if !volume.contains_zero() && parts.iter().all(|part| part.is_positive()) {
-                return Some(true);
-            }
-        }
-        for i in 0..4 {
-            for j in i + 1..4 {
+        let mut inside = edges.len() > 2;
+        for i in 0..edges.len() {
+            for j in i + 1..edges.len() {
                 let normal = cross(edges[i], edges[j]);
-                let others =
-                    || (0..4).filter(|k| *k != i && *k != j).map(|k| dot(edges[k], normal));
                 let at = dot(target, normal);
-                if at.is_positive() && others().all(|x| x.hi <= 0.0)
-                    || at.is_negative() && others().all(|x| x.lo >= 0.0)
+                let others: SmallVec<[I; 2]> = (0..edges.len())
+                    .filter(|k| *k != i && *k != j)
+                    .map(|k| dot(edges[k], normal))
+                    .collect();
+                if at.is_positive() && others.iter().all(|x| x.hi <= 0.0)
+                    || at.is_negative() && others.iter().all(|x| x.lo >= 0.0)
                 {
                     return Some(false);
                 }
+                let all = |sign: i8| others.iter().all(|x| x.sign() == Some(sign));
+                let any = |sign: i8| others.iter().any(|x| x.sign() == Some(sign));
+                let splits = any(1) && any(-1);
+                let inner = at.is_positive() && all(1) || at.is_negative() && all(-1);
+                inside &= splits || inner;
             }
         }
-        None
+        inside.then_some(true)
     }
 
     /// Whether a mode continues a motion in which both contacts slide with this sign of s; `None` if the intervals do not decide.

@@ -24,11 +24,13 @@ use crate::outcome::ContactNumber;
 use crate::stability::conditions::{self, Equilibrium, Pair};
 use crate::stability::corner::CornerMap;
 use crate::stability::existence::{NoMotion, Standing};
+use crate::stability::local::Local;
 use crate::stability::static_forces::{StaticForces, extremes};
 use crate::stability::{
-    Argument, Evidence, Finding, LOSES, Stability, Verdict, WhyUndecided, holding_pairs, judge,
+    Argument, Evidence, Finding, LOSES, Stability, StabilityOptions, Verdict, WhyUndecided,
+    boundary, holding_pairs, judge,
 };
-use crate::tolerance::{DELICATE_MARGIN, RIGID_ROWS};
+use crate::tolerance::RIGID_ROWS;
 use crate::verified::rows::{EnclosedRows, dot};
 
 type I = Interval;
@@ -40,12 +42,11 @@ const SMALL: f64 = 1.0 / 1024.0;
 ///
 /// ```
 /// use standfast::body::Mechanism;
-/// use standfast::options::Jams;
-/// use standfast::stability::{Stability, mechanism_stability};
+/// use standfast::stability::{Stability, StabilityOptions, mechanism_stability};
 /// use standfast::{Lamina, Posture};
 ///
 /// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, ..Lamina::default() })?;
-/// let verdict = mechanism_stability(&Mechanism::of_posture(&rod)?, Jams::None)?;
+/// let verdict = mechanism_stability(&Mechanism::of_posture(&rod)?, &StabilityOptions::default())?;
 /// assert_eq!(verdict.frictional_stability, Stability::Stable);
 /// # Ok::<(), standfast::Error>(())
 /// ```
@@ -53,15 +54,30 @@ const SMALL: f64 = 1.0 / 1024.0;
 /// # Errors
 ///
 /// [`Error::Solver`] if the contact modes cannot be solved.
-pub fn mechanism_stability(mechanism: &Mechanism, jams: Jams) -> Result<Verdict, Error> {
+pub fn mechanism_stability(
+    mechanism: &Mechanism,
+    options: &StabilityOptions,
+) -> Result<Verdict, Error> {
+    let options = options.checked()?;
     if let Some(body) = RigidBody::of(mechanism) {
-        let mut verdict = judge(&body.posture, jams, true)?;
+        let mut verdict = judge(&body.posture, options, true)?;
         body.translate(mechanism, &mut verdict);
         return Ok(verdict);
     }
     let count = mechanism.contacts().len();
     dissipative((0..count).map(|i| mechanism.restitution(i)), LOSES)?;
-    let mut verdict = Verdict::open(count, equilibrium(mechanism), jams);
+    let mut verdict = judge_rows(mechanism, options)?;
+    if verdict.by.is_none() && options.width > 0.0 {
+        let exact = StabilityOptions { width: 0.0, ..options };
+        verdict.delicate = judge_rows(mechanism, exact)?.by.is_some();
+    }
+    Ok(verdict)
+}
+
+/// The verdict on a mechanism that is no rigid body. Whether it is delicate is not decided yet.
+fn judge_rows(mechanism: &Mechanism, options: StabilityOptions) -> Result<Verdict, Error> {
+    let count = mechanism.contacts().len();
+    let mut verdict = Verdict::open(count, equilibrium(mechanism), options);
     let problem = MechanismProblem::at_rest(mechanism);
     let modes = contact_modes(&problem, Method::Auto)?;
     let three = mechanism.contact_space().free().len() == 3;
@@ -80,8 +96,7 @@ pub fn mechanism_stability(mechanism: &Mechanism, jams: Jams) -> Result<Verdict,
 ///
 /// ```
 /// use standfast::body::Mechanism;
-/// use standfast::options::Jams;
-/// use standfast::stability::mechanism_pairs;
+/// use standfast::stability::{StabilityOptions, mechanism_pairs};
 /// use standfast::{Contact, Posture, PostureFields};
 ///
 /// let foot = |x, slope| Contact { friction: 0.5, ..Contact::at(x, 0.0).on_slope(slope) };
@@ -91,7 +106,7 @@ pub fn mechanism_stability(mechanism: &Mechanism, jams: Jams) -> Result<Verdict,
 ///     contacts: vec![foot(-0.5, 0.1), foot(0.1, 0.0), foot(0.5, -0.2)],
 ///     ..PostureFields::default()
 /// })?;
-/// let pairs = mechanism_pairs(&Mechanism::of_posture(&posture)?, Jams::None)?;
+/// let pairs = mechanism_pairs(&Mechanism::of_posture(&posture)?, &StabilityOptions::default())?;
 /// assert_eq!(pairs.len(), 2);
 /// # Ok::<(), standfast::Error>(())
 /// ```
@@ -99,9 +114,12 @@ pub fn mechanism_stability(mechanism: &Mechanism, jams: Jams) -> Result<Verdict,
 /// # Errors
 ///
 /// As [`mechanism_stability`].
-pub fn mechanism_pairs(mechanism: &Mechanism, jams: Jams) -> Result<Vec<Verdict>, Error> {
+pub fn mechanism_pairs(
+    mechanism: &Mechanism,
+    options: &StabilityOptions,
+) -> Result<Vec<Verdict>, Error> {
     let Some(body) = RigidBody::of(mechanism) else { return Ok(Vec::new()) };
-    let mut pairs = holding_pairs(&body.posture, jams)?;
+    let mut pairs = holding_pairs(&body.posture, options)?;
     pairs.iter_mut().for_each(|pair| body.translate(mechanism, pair));
     Ok(pairs)
 }
@@ -115,13 +133,13 @@ impl Verdict {
             restitution: [0, 1].map(|i| mechanism.restitution(i)),
             pull: [0, 1].map(|i| space.gravity(i)),
         };
-        let holds = self.equilibrium.holds;
-        let found = conditions::of_words(&pair, holds, &self.modes);
-        let map = if holds { CornerMap::of_mechanism(mechanism, self.jams) } else { None };
+        let found = conditions::of_words(&pair, self.equilibrium.holds, &self.modes);
+        let local = Local::of_mechanism(mechanism, self.width);
+        let holds = self.holds(local.as_ref(), self.equilibrium.margin);
+        let map = local.filter(|_| holds == Some(true)).map(|l| CornerMap::of(l, self.jams));
         let standing = Standing::Mechanism(mechanism);
-        let decided = self.judge_pair(found, map.as_ref(), standing, || None);
-        let margin = self.equilibrium.margin;
-        self.take_pair(decided, found, map.as_ref(), margin, true);
+        let decided = self.judge_pair(found, map.as_ref(), holds, standing, || None);
+        self.take_pair(decided, found, map.as_ref(), true);
         Ok(())
     }
 
@@ -130,7 +148,9 @@ impl Verdict {
         let leaves = |answer: &&ModeAnswer| {
             answer.word.modes().any(|mode| mode != Mode::Fixed) && !answer.near_degenerate()
         };
-        let found = if !self.equilibrium.holds {
+        let found = if self.width > 0.0 && self.equilibrium.margin.abs() <= self.clear() {
+            boundary()
+        } else if !self.equilibrium.holds {
             self.not_in_equilibrium()
         } else if let Some(answer) = self.modes.iter().find(leaves) {
             let word = Evidence::Word(answer.word);
@@ -145,7 +165,6 @@ impl Verdict {
             Finding::Undecided(Some(Evidence::Left { reason, cells: 0, left: Vec::new() }))
         };
         self.take(found);
-        self.delicate = self.equilibrium.margin.abs() <= DELICATE_MARGIN;
     }
 }
 

@@ -53,7 +53,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::error::{Error, dissipative};
+use crate::error::{Error, dissipative, in_range};
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Method, Mode, ModeAnswer, Word, contact_modes};
 use crate::options::{Impact, Jams};
@@ -66,6 +66,7 @@ use certify::Decision;
 use conditions::{Pair, moves};
 use corner::{Away, CornerMap};
 use existence::Standing;
+use local::Local;
 use trap::TrapCell;
 
 shown_as_str!(Stability, Argument, WhyUndecided, NoBound, FateKind);
@@ -297,6 +298,43 @@ pub enum Evidence {
     },
 }
 
+/// What a verdict assumes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct StabilityOptions {
+    /// Whether a motion ends where a contact jams, or goes on after the plastic impact that stops the contact. With [`Jams::Impact`] a posture
+    /// is not unstable because of missing motions.
+    pub jams: Jams,
+    /// The verdict holds for all scenes whose numbers differ from those given by at most this share: arms of contacts by this share of the
+    /// longest arm or of the radius of gyration, slopes by this angle in rad, restitution, friction and radius of gyration by this share of
+    /// themselves. Zeros and slopes that are multiples of a right angle are exact, and so are equal slopes on one line of ground. From 0 to 0.1.
+    pub width: f64,
+}
+
+/// The width of a verdict, unless another one is given: more than the rounding errors of numbers that were converted from decimals or moved
+/// by up to a thousand times their size.
+pub const DEFAULT_WIDTH: f64 = 1e-12;
+
+/// The largest width.
+const LARGEST_WIDTH: f64 = 0.1;
+
+/// Bound of the change of a dimensionless margin of a closed form by the width, divided by the width.
+const CONDITION: f64 = 100.0;
+
+impl Default for StabilityOptions {
+    fn default() -> Self {
+        Self { jams: Jams::None, width: DEFAULT_WIDTH }
+    }
+}
+
+impl StabilityOptions {
+    pub(crate) fn checked(&self) -> Result<Self, Error> {
+        let holds = (0.0..=LARGEST_WIDTH).contains(&self.width);
+        in_range("width", self.width, holds, "0 <= width <= 0.1")?;
+        Ok(*self)
+    }
+}
+
 /// What the arguments find.
 enum Finding {
     Decided(Stability, Argument, Evidence),
@@ -316,6 +354,9 @@ pub struct Verdict {
     /// What happens where a contact jams.
     #[serde(default)]
     pub jams: Jams,
+    /// See [`StabilityOptions::width`].
+    #[serde(default)]
+    pub width: f64,
     /// The argument that decides; `None` if the verdict is undecided.
     pub by: Option<Argument>,
     /// Whether the contacts can hold the body.
@@ -332,7 +373,7 @@ pub struct Verdict {
     pub well: Option<Well>,
     /// The laws of impact for which the verdict is proved.
     pub laws: Vec<Impact>,
-    /// Whether rounding errors may decide: a margin of the argument is below 1e-10.
+    /// Whether the verdict is undecided only because of the width: with the numbers exactly as given it is decided.
     pub delicate: bool,
     /// Bound of the growth of a motion after a kick. The kick is a velocity given to the body at rest in its posture. In the local model
     /// ‖q̇‖ = √(ẋ² + ẏ² + ρ²θ̇²) of any later motion is at most this number times ‖q̇‖ of the kick. The bound is at least 1.
@@ -367,17 +408,16 @@ pub struct Verdict {
 /// [`Error::Unusable`] naming `contacts` if none touches, or if one that touches is at an end of its piece of terrain; [`Error::OutOfRange`] if
 /// one that touches has restitution 1.
 pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
-    stability_with(posture, Jams::None)
+    stability_with(posture, &StabilityOptions::default())
 }
 
-/// As [`stability()`]. `jams`: whether a motion ends where a contact jams, or goes on after the plastic impact that stops the contact. With
-/// [`Jams::Impact`] a posture is not unstable because of missing motions.
+/// As [`stability()`], with options.
 ///
 /// # Errors
 ///
-/// As [`stability()`].
-pub fn stability_with(posture: &Posture, jams: Jams) -> Result<Verdict, Error> {
-    judge(posture, jams, true)
+/// As [`stability()`], and [`Error::OutOfRange`] for a width that is out of its range.
+pub fn stability_with(posture: &Posture, options: &StabilityOptions) -> Result<Verdict, Error> {
+    judge(posture, options.checked()?, true)
 }
 
 /// The verdicts on pairs of contacts that can hold the body alone, for a body on three and more contacts: one for each pair that the body
@@ -386,8 +426,7 @@ pub fn stability_with(posture: &Posture, jams: Jams) -> Result<Verdict, Error> {
 /// ```
 /// use std::f64::consts::FRAC_PI_2;
 ///
-/// use standfast::options::Jams;
-/// use standfast::stability::holding_pairs;
+/// use standfast::stability::{StabilityOptions, holding_pairs};
 /// use standfast::{Contact, Posture, PostureFields};
 ///
 /// // Of a body in the corner of a room its feet on the floor can hold it alone.
@@ -399,7 +438,7 @@ pub fn stability_with(posture: &Posture, jams: Jams) -> Result<Verdict, Error> {
 ///     contacts: vec![foot(-0.5), foot(0.5), at_wall],
 ///     ..PostureFields::default()
 /// })?;
-/// let pairs = holding_pairs(&posture, Jams::None)?;
+/// let pairs = holding_pairs(&posture, &StabilityOptions::default())?;
 /// assert_eq!(pairs.len(), 1);
 /// assert!(pairs[0].contacts.iter().map(|contact| contact.number()).eq([1, 2]));
 /// # Ok::<(), standfast::Error>(())
@@ -407,13 +446,14 @@ pub fn stability_with(posture: &Posture, jams: Jams) -> Result<Verdict, Error> {
 ///
 /// # Errors
 ///
-/// As [`stability()`].
-pub fn holding_pairs(posture: &Posture, jams: Jams) -> Result<Vec<Verdict>, Error> {
+/// As [`stability_with()`].
+pub fn holding_pairs(posture: &Posture, options: &StabilityOptions) -> Result<Vec<Verdict>, Error> {
+    let options = options.checked()?;
     let Some((standing, places)) = conditions::of_those_that_touch(posture)? else {
         dissipative(posture.geometry().iter().map(|k| k.restitution), LOSES)?;
-        return feet::holding_pairs(posture, jams);
+        return feet::holding_pairs(posture, options);
     };
-    let mut pairs = feet::holding_pairs(&standing, jams)?;
+    let mut pairs = feet::holding_pairs(&standing, options)?;
     pairs.iter_mut().for_each(|pair| pair.renumber(&places));
     Ok(pairs)
 }
@@ -421,16 +461,34 @@ pub fn holding_pairs(posture: &Posture, jams: Jams) -> Result<Vec<Verdict>, Erro
 /// What a verdict needs.
 const LOSES: &str = "below 1 for a verdict: with 1 a body bounces for ever";
 
-/// As [`stability`]. `amplification`: whether to compute the field of this name, which may take most of the time.
-pub(crate) fn judge(posture: &Posture, jams: Jams, amplification: bool) -> Result<Verdict, Error> {
+/// As [`stability_with`]. `amplification`: whether to compute the field of this name, which may take most of the time.
+pub(crate) fn judge(
+    posture: &Posture,
+    options: StabilityOptions,
+    amplification: bool,
+) -> Result<Verdict, Error> {
     if let Some((standing, places)) = conditions::of_those_that_touch(posture)? {
-        let mut verdict = judge(&standing, jams, amplification)?;
+        let mut verdict = judge(&standing, options, amplification)?;
         verdict.renumber(&places);
         return Ok(verdict);
     }
+    let mut verdict = judge_exactly_these(posture, options, amplification)?;
+    if verdict.by.is_none() && options.width > 0.0 {
+        let exact = StabilityOptions { width: 0.0, ..options };
+        verdict.delicate = judge_exactly_these(posture, exact, false)?.by.is_some();
+    }
+    Ok(verdict)
+}
+
+/// The verdict on a posture all of whose contacts touch. Whether it is delicate is not decided yet.
+fn judge_exactly_these(
+    posture: &Posture,
+    options: StabilityOptions,
+    amplification: bool,
+) -> Result<Verdict, Error> {
     dissipative(posture.geometry().iter().map(|k| k.restitution), LOSES)?;
     let count = posture.contacts().len();
-    let mut verdict = Verdict::open(count, Equilibrium::of(posture), jams);
+    let mut verdict = Verdict::open(count, Equilibrium::of(posture), options);
     if count == 2 {
         verdict.decide_pair(posture, amplification)?;
     } else {
@@ -481,7 +539,7 @@ mod bound_or_reason {
 
 impl Verdict {
     /// Nothing is decided yet about this number of contacts.
-    fn open(count: usize, equilibrium: Equilibrium, jams: Jams) -> Self {
+    fn open(count: usize, equilibrium: Equilibrium, options: StabilityOptions) -> Self {
         Self {
             contacts: (0..count).map(ContactNumber::of).collect(),
             equilibrium,
@@ -490,7 +548,8 @@ impl Verdict {
             flight: None,
             well: None,
             laws: vec![Impact::Newton],
-            jams,
+            jams: options.jams,
+            width: options.width,
             frictional_stability: Stability::Undecided,
             by: None,
             evidence: None,
@@ -568,14 +627,27 @@ impl Verdict {
         Finding::Decided(Stability::Unstable, Argument::NotEquilibrium, evidence)
     }
 
+    fn options(&self) -> StabilityOptions {
+        StabilityOptions { jams: self.jams, width: self.width }
+    }
+
+    /// The margin beyond which a closed form is certain for all scenes within the width.
+    fn clear(&self) -> f64 {
+        DELICATE_MARGIN.max(CONDITION * self.width)
+    }
+
     /// The verdict on one contact, or on three and more.
     fn decide_feet(&mut self, posture: &Posture) -> Result<(), Error> {
-        let found = if self.equilibrium.holds {
+        let margin = self.equilibrium.margin / posture.size();
+        let found = if self.width > 0.0 && margin.abs() <= self.clear() {
+            boundary()
+        } else if self.equilibrium.holds {
             let leaves = |answer: &&ModeAnswer| {
                 answer.consistent && moves(answer.word) && !answer.near_degenerate()
             };
+            let options = self.options();
             let modes = &mut self.modes;
-            let (found, well) = feet::decide(posture, self.jams, || {
+            let (found, well) = feet::decide(posture, options, || {
                 let problem =
                     ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
                 let answers = contact_modes(&problem, Method::Auto)?;
@@ -588,7 +660,6 @@ impl Verdict {
             self.not_in_equilibrium()
         };
         self.take(found);
-        self.delicate = (self.equilibrium.margin / posture.size()).abs() <= DELICATE_MARGIN;
         if self.by == Some(Argument::DescendingPair)
             && self.frictional_stability == Stability::Stable
         {
@@ -602,19 +673,32 @@ impl Verdict {
         self.modes = contact_modes(&problem, Method::Auto)?.answers().to_vec();
         let equilibrium = self.equilibrium.holds;
         let found = conditions::of_words(&Pair::of(posture)?, equilibrium, &self.modes);
-        let map = if equilibrium { CornerMap::new(posture, self.jams) } else { None };
-        let margin = self.equilibrium.margin / posture.size();
-        let neutral = || feet::neutral(posture, self.jams);
-        let decided = self.judge_pair(found, map.as_ref(), Standing::Body(posture), neutral);
-        self.take_pair(decided, found, map.as_ref(), margin, amplification);
+        let local = Local::new(posture, self.width);
+        let holds = self.holds(local.as_ref(), self.equilibrium.margin / posture.size());
+        let map = local.filter(|_| holds == Some(true)).map(|l| CornerMap::of(l, self.jams));
+        let neutral = || feet::neutral(posture, self.options());
+        let standing = Standing::Body(posture);
+        let decided = self.judge_pair(found, map.as_ref(), holds, standing, neutral);
+        self.take_pair(decided, found, map.as_ref(), amplification);
         Ok(())
     }
 
-    /// The finding for two contacts.
+    /// Whether two contacts hold the body in all scenes within the width; `None` if in some they do and in others they do not. `margin`: of the
+    /// equilibrium, dimensionless.
+    fn holds(&self, local: Option<&Local>, margin: f64) -> Option<bool> {
+        if self.width == 0.0 {
+            return Some(self.equilibrium.holds);
+        }
+        let clear = self.width <= DEFAULT_WIDTH && margin.abs() > self.clear();
+        local.and_then(Local::holds).or(clear.then_some(self.equilibrium.holds))
+    }
+
+    /// The finding for two contacts. `holds`: see [`Verdict::holds`].
     fn judge_pair(
         &self,
         found: Conditions,
         map: Option<&CornerMap>,
+        holds: Option<bool>,
         standing: Standing<'_>,
         neutral: impl FnOnce() -> Option<Finding>,
     ) -> Finding {
@@ -626,14 +710,19 @@ impl Verdict {
         // If the direction in which both contacts slide does not move one of them, words with a fixed contact are motions,
         // too. And when both contacts slide, exactly one word must be consistent.
         let known = map.is_some_and(CornerMap::slides_known);
-        let strong = known && found.certainly_strong();
-        if !self.equilibrium.holds {
+        let closed = self.width <= DEFAULT_WIDTH;
+        let strong = known && closed && found.certainly_strong();
+        let clear = |margin: f64| self.width == 0.0 || margin > self.clear();
+        let clatters = found.clattering && clear(found.clattering_margin);
+        if holds.is_none() {
+            boundary()
+        } else if holds == Some(false) {
             self.not_in_equilibrium()
-        } else if found.clattering && strong && found.kinematic_strong_strict {
+        } else if clatters && strong && found.kinematic_strong_strict {
             strongly(Argument::Theorem3, found.clattering_margin)
-        } else if found.clattering && strong {
+        } else if clatters && strong {
             strongly(Argument::Theorem3Loose, found.clattering_margin)
-        } else if found.chatter && strong {
+        } else if found.chatter && clear(found.chatter_margin) && strong {
             strongly(Argument::Goyal, found.chatter_margin)
         } else if let Some(neutral) = neutral() {
             neutral
@@ -642,32 +731,18 @@ impl Verdict {
         }
     }
 
-    /// Takes over the finding for two contacts. `margin`: of the equilibrium, dimensionless.
+    /// Takes over the finding for two contacts.
     fn take_pair(
         &mut self,
         decided: Finding,
         found: Conditions,
         map: Option<&CornerMap>,
-        margin: f64,
         amplification: bool,
     ) {
         self.conditions = Some(found);
         self.flight = map.and_then(|map| map.local().flights_end());
         self.energy = Some(self.flight == Some(FlightsEnd::Energy));
         self.take(decided);
-        let mut margins = vec![margin];
-        if self.equilibrium.holds {
-            margins.push(map.map_or(0.0, CornerMap::least_slide));
-        }
-        match self.by {
-            Some(Argument::Theorem3 | Argument::Theorem3Loose) => {
-                margins.extend([found.kinematic_margin, found.clattering_margin]);
-            }
-            Some(Argument::Goyal) => margins.extend([found.kinematic_margin, found.chatter_margin]),
-            None => margins.push(found.kinematic_margin),
-            _ => {}
-        }
-        self.delicate = margins.iter().any(|margin| margin.abs() <= DELICATE_MARGIN);
         if amplification && self.frictional_stability == Stability::Stable {
             self.amplification = map.map_or(Err(NoBound::Modes), amplification::bound);
         }
@@ -680,7 +755,10 @@ impl Verdict {
         standing: Standing<'_>,
     ) -> Finding {
         let (stable, unstable) = (Stability::Stable, Stability::Unstable);
-        let leaves = |answer: &&ModeAnswer| answer.consistent && moves(answer.word);
+        let leaves = |answer: &&ModeAnswer| {
+            let clear = self.width == 0.0 || !answer.near_degenerate();
+            self.width <= DEFAULT_WIDTH && answer.consistent && moves(answer.word) && clear
+        };
         if let Some(answer) = self.modes.iter().find(leaves) {
             let word = Evidence::Word(answer.word);
             return Finding::Decided(unstable, Argument::AcceleratingMode, word);
@@ -694,7 +772,7 @@ impl Verdict {
             }
             None => Finding::Undecided(left),
         };
-        if !conditions.unambiguous {
+        if !conditions.unambiguous && self.width <= DEFAULT_WIDTH {
             return open(None);
         }
         let step = |corner: &certify::Corner| {
@@ -705,7 +783,17 @@ impl Verdict {
                 growth: corner.growth.unsigned_zero(),
             }
         };
-        match certify::decide(map) {
+        let decision = match certify::decide(map) {
+            Decision::Undecided { reason, cells, left } => {
+                // Flights that end in a self-similar cycle of impacts are better followed.
+                let undecided = Decision::Undecided { reason, cells, left };
+                let followed = map.followed().map(|map| certify::decide(&map));
+                let decided = followed.filter(|found| !matches!(found, Decision::Undecided { .. }));
+                decided.unwrap_or(undecided)
+            }
+            decided => decided,
+        };
+        match decision {
             Decision::Stable(potential) => {
                 Finding::Decided(stable, Argument::CornerMap, Evidence::Potential(potential))
             }
@@ -771,6 +859,12 @@ impl Evidence {
             | Self::Motion { .. } => {}
         }
     }
+}
+
+/// Within the width, contacts hold the body in some scenes, and in others they do not.
+fn boundary() -> Finding {
+    let reason = WhyUndecided::Boundary;
+    Finding::Undecided(Some(Evidence::Left { reason, cells: 0, left: Vec::new() }))
 }
 
 /// The word of a motion with contacts on the terrain, and the velocity with which it starts.

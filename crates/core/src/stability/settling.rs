@@ -11,7 +11,7 @@ type I = Interval;
 const SHARES: usize = 32;
 
 /// Blocks (impacts in a row at one contact) of up to this number of impacts are treated one by one, longer ones together.
-const IMPACTS: usize = 4;
+const IMPACTS: usize = 32;
 
 /// The iteration for W in [`settling`]: the largest number of rounds of eight steps, and the factor by which W is enlarged before each
 /// check.
@@ -191,7 +191,7 @@ mod tests {
         let (mut postures, mut largest) = (0, 0.0_f64);
         for k in 0..400 {
             let posture = posture(k);
-            let Some(l) = Local::new(&posture) else { continue };
+            let Some(l) = Local::new(&posture, 0.0) else { continue };
             let weights = l.weights();
             if !weights.iter().chain(&l.g).all(|x| x.is_positive()) {
                 continue;

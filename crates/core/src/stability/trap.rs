@@ -16,7 +16,6 @@ use crate::stability::cells::{Grid, SlideEnd, after_end, size, zone};
 use crate::stability::corner::{Cell, CornerMap, Image, Images};
 use crate::tolerance::{STRICT_DECREASE, TRIGONOMETRIC_ERROR};
 
-
 /// Number of corners that are followed before a trap is sought, and starting angles.
 const APPROACH: usize = 60;
 const STARTS: [f64; 3] = [0.0, 1.2, -1.2];

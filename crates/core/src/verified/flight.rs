@@ -46,6 +46,54 @@ pub(crate) enum Flight {
     Unknown,
 }
 
+/// The energy E = ½u·D⁻¹u + λ·h of a frictionless motion.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Energy {
+    /// D⁻¹ and λ
+    pub(crate) inverse: [[Interval; 2]; 2],
+    pub(crate) weights: [Interval; 2],
+    /// (1 − e²)/(e² D_jj): what 2E loses in an impact, over the square of the speed after it. Zero for e = 0.
+    pub(crate) lost: [Interval; 2],
+}
+
+impl Energy {
+    /// 2E
+    fn twice(&self, [one, two]: &[Gap<Interval>; 2]) -> Interval {
+        let [[a, b], [_, c]] = self.inverse;
+        let kinetic = a * one.u.square() + (b * one.u * two.u).times(2.0) + c * two.u.square();
+        kinetic + (self.weights[0] * one.h + self.weights[1] * two.h).times(2.0)
+    }
+}
+
+/// Where a flight is best cut, up to now.
+struct Cut<'e> {
+    energy: Option<&'e Energy>,
+    /// A bound of 2E.
+    left: f64,
+    best: Flight,
+}
+
+impl<'e> Cut<'e> {
+    fn new(energy: Option<&'e Energy>) -> Self {
+        Self { energy, left: f64::INFINITY, best: Flight::Unknown }
+    }
+
+    /// The flight may be cut here, at gaps of this size after the time t.
+    fn take(&mut self, gaps: &[Gap<Interval>; 2], size: Interval, t: Interval) {
+        let Some(energy) = self.energy else { return };
+        self.left = self.left.min((energy.twice(gaps) * size.square()).hi);
+        if self.left < self.best.energy_left() {
+            self.best = Flight::Cut { energy: self.left, t };
+        }
+    }
+
+    /// An impact at contact j, after which it has this speed.
+    fn lose(&mut self, j: usize, speed: Interval) {
+        let Some(energy) = self.energy else { return };
+        self.left = (Interval::from(self.left) - energy.lost[j] * speed.square()).hi;
+    }
+}
+
 impl<T: Enclosed> Model<T> {
     /// Whether impacts at two closed contacts alternate without end: p_1p_2 ≥ (√e_1 + √e_2)². `None` if this is not certain.
     fn chatters(&self) -> Option<bool> {
@@ -83,13 +131,13 @@ impl<T: Enclosed> Model<T> {
 }
 
 impl Flight {
-    /// The motion after contact j has landed with speed 1. `lets_go`: the contacts that certainly have no motion on the terrain. `energy`: a
-    /// bound of 2E, if E bounds the motion; the flight is cut where this is small, or where its course is not certain any more.
+    /// The motion after contact j has landed with speed 1. `lets_go`: the contacts that certainly have no motion on the terrain. `energy`: given if
+    /// it bounds the motion; the flight is cut where little of it is left, or where the course of the flight is not certain any more.
     pub(crate) fn after_corner(
         model: &Model<Interval>,
         j: usize,
         lets_go: [bool; 2],
-        energy: &impl Fn(&[Gap<Interval>; 2]) -> Option<f64>,
+        energy: Option<&Energy>,
     ) -> Self {
         if lets_go[1 - j] {
             return Self::Nowhere;
@@ -97,19 +145,21 @@ impl Flight {
         if model.chatters() == Some(true) {
             return Self::Two { t: Interval::ZERO };
         }
-        let cut = |motion: &Motion<'_, Interval>, t: Interval| {
-            energy(&motion.gaps).map_or(Self::Unknown, |energy| Self::Cut { energy, t })
-        };
+        let mut cut = Cut::new(energy);
         let (mut motion, mut a) = match model.corner(j) {
             Ok(start) => start,
-            Err(motion) => return cut(&motion, Interval::ZERO),
+            Err(motion) => {
+                cut.take(&motion.gaps, Interval::ONE, Interval::ZERO);
+                return cut.best;
+            }
         };
         let mut clock = Interval::ZERO;
         for _ in 0..PLAIN {
             if let Some(flight) = motion.ends(a, lets_go) {
                 return flight.after(clock, Interval::ONE);
             }
-            if energy(&motion.gaps).is_some_and(|energy| energy <= CUT_ENERGY) {
+            cut.take(&motion.gaps, Interval::ONE, clock);
+            if cut.best.energy_left() <= CUT_ENERGY {
                 break;
             }
             match motion.next(a) {
@@ -117,8 +167,9 @@ impl Flight {
                 Err(Uncertain::Never) => return Self::Away,
                 Err(_) => break,
             }
+            cut.lose(a, motion.gaps[a].u);
         }
-        cut(&motion, clock)
+        cut.best
     }
 
     /// As [`Flight::after_corner`], more precisely and more slowly, for a corner that exists and at which impacts do not chatter. `fine`: the
@@ -128,13 +179,13 @@ impl Flight {
         fine: &Model<Ball>,
         j: usize,
         lets_go: [bool; 2],
-        energy: &impl Fn(&[Gap<Interval>; 2]) -> Option<f64>,
+        energy: Option<&Energy>,
     ) -> Self {
         let start = fine.corner(j).ok().and_then(|(motion, a)| {
             Some((Frame::new(Shape::of(motion.gaps, a)?), interval(motion.gaps[a].u)))
         });
         let Some((mut frame, mut size)) = start else { return Self::Unknown };
-        let (mut clock, mut cut) = (Interval::ZERO, Self::Unknown);
+        let (mut clock, mut cut) = (Interval::ZERO, Cut::new(energy));
         let mut recurrences = Recurrences::new();
         for _ in 0..FINE {
             let shape = frame.shapes();
@@ -147,18 +198,16 @@ impl Flight {
             {
                 return Self::Two { t }.after(clock, size);
             }
-            let energy = energy(&motion.gaps);
-            cut = energy.map_or(Self::Unknown, |energy| {
-                Self::Cut { energy, t: Interval::ZERO }.after(clock, size)
-            });
-            if matches!(cut, Self::Cut { energy, .. } if energy <= CUT_ENERGY) {
+            cut.take(&motion.gaps, size, clock);
+            if cut.best.energy_left() <= CUT_ENERGY {
                 break;
             }
             let Some((factor, time)) = frame.step(fine, model) else { break };
             clock = clock + time * size;
             size = factor * size;
+            cut.lose(frame.shapes().contact, size);
         }
-        cut
+        cut.best
     }
 
     /// The energy of a flight that is cut; infinite if the end is not known, and zero for other ends.
@@ -183,11 +232,7 @@ impl Flight {
                 Self::One { kept, h: h * size.square(), u: u * size, t: later(t) }
             }
             Self::Two { t } => Self::Two { t: later(t) },
-            Self::Cut { energy, t } => {
-                let energy = (Interval::from(energy) * size.square()).hi;
-                Self::Cut { energy, t: later(t) }
-            }
-            Self::Away | Self::Nowhere | Self::Unknown => self,
+            Self::Cut { .. } | Self::Away | Self::Nowhere | Self::Unknown => self,
         }
     }
 }
@@ -229,9 +274,9 @@ mod tests {
             let (g, psi, e): ([f64; 2], [f64; 2], [f64; 2]) = ([g, other], [psi * ratio.min(1.0), psi / ratio.max(1.0)], [e, e * share]);
             let rough = Model::new(g.map(Interval::from), psi.map(Interval::from), e.map(Interval::from), 2);
             let fine = Model::new(g.map(Ball::from), psi.map(Ball::from), e.map(Ball::from), 2);
-            let plain = Flight::after_corner(&rough, j, [false; 2], &|_| None);
+            let plain = Flight::after_corner(&rough, j, [false; 2], None);
             prop_assume!(!matches!(plain, Flight::Unknown | Flight::Away) && rough.chatters() == Some(false));
-            let finer = Flight::after_corner_finely(&rough, &fine, j, [false; 2], &|_| None);
+            let finer = Flight::after_corner_finely(&rough, &fine, j, [false; 2], None);
             let (Flight::One { kept, h, u, t }, Flight::One { kept: also, h: h2, u: u2, t: t2 }) = (plain, finer) else {
                 return Err(TestCaseError::fail(format!("{plain:?} {finer:?}")));
             };
@@ -246,7 +291,7 @@ mod tests {
         fn a_flight_in_doubles_ends_alike(g in 0.2..2.0, other in 0.2..2.0, psi in -0.9..0.5, e in 0.05..0.6, j in 0..2_usize) {
             let (g, psi, e): ([f64; 2], [f64; 2], [f64; 2]) = ([g, other], [psi; 2], [e; 2]);
             let model = Model::new(g.map(Interval::from), psi.map(Interval::from), e.map(Interval::from), 2);
-            let Flight::One { kept, h, t, .. } = Flight::after_corner(&model, j, [false; 2], &|_| None) else { return Ok(()) };
+            let Flight::One { kept, h, t, .. } = Flight::after_corner(&model, j, [false; 2], None) else { return Ok(()) };
             let (mut gaps, mut rates, mut time, mut last) = ([0.0; 2], [0.0; 2], 0.0, j);
             rates[j] = -1.0;
             for _ in 0..2000 {

@@ -44,7 +44,7 @@ pub(crate) mod rows;
 mod shape;
 mod similar;
 
-pub(crate) use flight::Flight;
+pub(crate) use flight::{Energy, Flight};
 
 /// Gap and gap rate of a contact.
 #[derive(Debug, Clone, Copy)]

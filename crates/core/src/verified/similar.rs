@@ -181,11 +181,11 @@ mod tests {
         let (g, psi, e) = ([8.655882352941177; 2], [2.0948513629276316, 0.1313191404222805], 0.1);
         let rough = Model::new(g.map(I::from), psi.map(I::from), [I::from(e); 2], 2);
         let fine = Model::new(g.map(Ball::from), psi.map(Ball::from), [Ball::from(e); 2], 2);
-        let flight = Flight::after_corner_finely(&rough, &fine, 1, [false; 2], &|_| None);
+        let flight = Flight::after_corner_finely(&rough, &fine, 1, [false; 2], None);
         let Flight::Two { t } = flight else { panic!("{flight:?}") };
         let exact = 1.0451987326589452e-5;
         assert!(t.lo <= exact && exact <= t.hi && t.hi - t.lo < 1e-3 * exact, "{t:?}");
-        let after_contact_1 = Flight::after_corner(&rough, 0, [false; 2], &|_| None);
+        let after_contact_1 = Flight::after_corner(&rough, 0, [false; 2], None);
         assert!(matches!(after_contact_1, Flight::One { kept: 0, .. }), "{after_contact_1:?}");
     }
 
