@@ -524,7 +524,7 @@ pub(crate) const ORBIT_CLOSED: f64 = 1e-9;
 
 /// Energy 2E per unit mass below which a frictionless flight is not followed further. Unit: square of the landing speed at its start. All that may
 /// follow is part of what is proved, so that the value changes only how much is decided. Range: 1e-20 to 1e-8.
-pub(crate) const CUT_ENERGY: f64 = 1e-12;
+pub(crate) const CUT_ENERGY: f64 = 1e-8;
 
 /// Decrease of its potential that a certificate requires on each step, in addition to the logarithm of the growth. Range: 1e-12 to 1e-6; a
 /// larger value refuses certificates.

@@ -11,7 +11,7 @@ type I = Interval;
 const SHARES: usize = 32;
 
 /// Blocks (impacts in a row at one contact) of up to this number of impacts are treated one by one, longer ones together.
-const IMPACTS: usize = 32;
+const IMPACTS: usize = 4;
 
 /// The iteration for W in [`settling`]: the largest number of rounds of eight steps, and the factor by which W is enlarged before each
 /// check.

@@ -86,7 +86,11 @@ impl<'m> Ends<'m> {
                     let half = std::f64::consts::FRAC_PI_2;
                     let low = (libm::atan(slope.lo) - TRIGONOMETRIC_ERROR).max(-half);
                     let high = (libm::atan(slope.hi) + TRIGONOMETRIC_ERROR).min(half);
-                    steps.push((contact, [low, high], size(xi, y).lo));
+                    let growth = size(xi, y).lo;
+                    if growth == f64::NEG_INFINITY {
+                        return None; // it may come to rest
+                    }
+                    steps.push((contact, [low, high], growth));
                 }
                 Image::Rest | Image::Unknown => return None,
             }

@@ -219,6 +219,17 @@ impl Flight {
         }
     }
 
+    /// The width of the speeds at an end at which one contact rests, and of the time; zero for other ends.
+    pub(crate) fn width(&self) -> f64 {
+        match self {
+            Self::One { h, u, t, .. } => {
+                let wide = |x: &Interval| x.hi - x.lo;
+                (h.hi.sqrt() - h.lo.max(0.0).sqrt()).max(wide(u)).max(wide(t))
+            }
+            _ => 0.0,
+        }
+    }
+
     /// Returns true if both contacts may rest at the end.
     pub(crate) fn may_rest_both(&self) -> bool {
         matches!(self, Self::Two { .. } | Self::Cut { .. })
