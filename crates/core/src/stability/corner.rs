@@ -793,11 +793,15 @@ impl CornerMap {
 
 #[cfg(test)]
 mod tests {
+    use crate::body::contact::Contact;
+    use crate::body::posture::Posture;
+    use crate::body::state::State;
     use crate::body::{Lamina, PostureFields};
+    use crate::options::{Impact, Model as Mode, Options, Stop};
+    use crate::simulate::simulate;
     use proptest::prelude::*;
 
     use super::*;
-    use crate::body::Posture;
     use crate::math::cases::fixed;
     use crate::stability::tests::odd;
 
@@ -828,6 +832,87 @@ mod tests {
             assert!(next == 1 - j && near(factor, 0.6) && near(bend, 0.0), "{factor:?} {bend:?}");
             assert!(near(map.flight_time(j).expect("bounces"), 0.5));
         }
+    }
+
+    /// Numbers in [0, 1), evenly distributed.
+    fn share(k: usize, factor: f64) -> f64 {
+        (k as f64 * factor).fract()
+    }
+
+    /// The ends of flights that are cut, as runs find them from starts within the width, lie in the sets of all ends. Sets ten times smaller would
+    /// not contain them.
+    #[test]
+    fn the_ends_of_cut_flights_lie_in_their_sets() {
+        let width = 1e-12;
+        // The largest ratios of a gap, of a gap rate, and of the remaining time to their bounds.
+        let (mut flights, mut largest) = (0, [0.0_f64; 3]);
+        for k in 0..600 {
+            let at = |factor, low: f64, high: f64| low + (high - low) * share(k + 1, factor);
+            let foot = |x: f64, y: f64, slope: f64| Contact::at(x, y).on_slope(slope);
+            let posture = Posture::new(PostureFields {
+                mass: 1.0,
+                gyration_radius: at(0.414_213_562, 0.3, 1.2),
+                center_of_mass: [at(0.732_050_807, -0.9, 0.9), at(0.236_067_977, -0.5, 1.5)],
+                contacts: vec![
+                    foot(-1.0, 0.0, at(0.645_751_311, -0.8, 0.8)),
+                    foot(1.0, 0.0, at(0.316_624_790, -0.8, 0.8)),
+                ],
+                restitution: at(0.618_033_988, 0.6, 0.97),
+                gravity: 1.0,
+                ..PostureFields::default()
+            })
+            .expect("a posture");
+            let Some(local) = Local::new(&posture, width) else { continue };
+            let map = CornerMap::of(local, Jams::None);
+            for j in 0..2 {
+                let (Flight::Cut { t: before, .. }, Some(set)) =
+                    (map.flights[j], map.remainders[j])
+                else {
+                    continue;
+                };
+                flights += 1;
+                for n in 0..12 {
+                    // The other contact rests, j lands with speed 1; the numbers are changed within the width.
+                    let wide = |factor| 1.0 + width * (2.0 * share(12 * k + n, factor) - 1.0);
+                    let mut fields = posture.fields().clone();
+                    fields.restitution *= wide(0.123_105_625);
+                    fields.gyration_radius *= wide(0.358_898_943);
+                    fields.contacts[0].point[0] *= wide(0.898_943_540);
+                    let changed = Posture::new(fields).expect("a posture");
+                    let rows = changed.geometry();
+                    let row = |i: usize| [rows[i].normal.x, rows[i].normal.y, rows[i].b];
+                    let matrix = nalgebra::Matrix3::from_rows(&[
+                        row(1 - j).into(),
+                        row(j).into(),
+                        [rows[0].tangent.x, rows[0].tangent.y, -rows[0].touching_c()].into(),
+                    ]);
+                    let rates = nalgebra::Vector3::new(0.0, -1.0, 0.3);
+                    let qdot = matrix.lu().solve(&rates).expect("independent rows");
+                    let start = State::new([0.0; 3], qdot.into());
+                    let options = Options {
+                        model: Mode::Local,
+                        stop: Stop::Zeno,
+                        impact: Impact::Newton,
+                        ..Options::default()
+                    };
+                    let run = simulate(&changed, &start, &options).expect("a run");
+                    let Some(zeno) = run.zeno_points().first() else { continue };
+                    let elapsed = zeno.elapsed;
+                    assert!(set.t.lo - 1e-6 <= elapsed && elapsed <= set.t.hi, "{elapsed} {set:?}");
+                    let part = (elapsed - before.hi) / (set.t.hi - before.hi);
+                    largest[2] = largest[2].max(part);
+                    for m in 0..2 {
+                        let (h, u) = (zeno.gaps[m], zeno.gap_rates[m]);
+                        let parts = [h / set.h[m].hi, u.abs() / set.u[m].hi];
+                        assert!(parts.iter().all(|part| *part <= 1.0), "{parts:?} {posture:?} {j}");
+                        largest = [largest[0].max(parts[0]), largest[1].max(parts[1]), largest[2]];
+                    }
+                }
+            }
+        }
+        assert!(flights > 100, "{flights}");
+        assert!(largest.iter().all(|part| *part > 0.1), "{flights} {largest:?}");
+        println!("{flights} {largest:?}");
     }
 
     /// Contact, ξ, y and ξ/y of the corners among these images, with φ reversed for −1, and the number of the others.
