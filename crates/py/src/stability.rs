@@ -407,9 +407,9 @@ impl PyVerdict {
 /// The verdict is for small motions, to first order, with frictionless impacts (the paper's local model). jams : what happens where a contact
 /// slides and no contact mode is consistent (Painlevé): "none" (no motion exists, and the verdict is "unstable" by "no-solution") or
 /// "impact" (the plastic impact of `simulate(..., jams="impact")` follows). width : the verdict holds for all scenes whose numbers differ from
-/// those given by at most this share: arms of contacts by this share of the longest arm or of the radius of gyration, slopes by this angle in
-/// rad, restitution, friction and radius of gyration by this share of themselves; 1e-3, say, for a body that was measured. Zeros and slopes that
-/// are multiples of a right angle are exact. From 0 to 0.1. trials : number of
+/// those given by at most this share: both coordinates of the arm from the centre of mass to a contact by this share of its length; slope,
+/// restitution, friction and radius of gyration by this share of themselves; 1e-3, say, for a body that was measured. Slopes that are multiples
+/// of a right angle are exact. From 0 to 0.1. trials : number of
 /// random small kicks to simulate as well. seed : seed of their random numbers. verdict.trials has their results, which are
 /// evidence and never change the verdict.
 ///

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
-use crate::stability::cells::{CELLS, Graph, Grid, SlideEnd};
+use crate::stability::cells::{Attraction, CELLS, Graph, Grid, SlideEnd};
 use crate::stability::corner::{Cell, CornerMap, Form, Image};
 use crate::stability::local::{Arc, FromRest, Local};
 use crate::stability::settling::settling;
@@ -278,7 +278,7 @@ fn growths(map: &CornerMap, metric: &Metric, times: [I; 2]) -> Result<Growths, N
     let base = |j: usize, cell: &Cell, end: SlideEnd| {
         let square = match end {
             // Corners follow each other at both contacts.
-            SlideEnd::Attracts { speed, wide, .. } => {
+            SlideEnd::Attracts(Attraction { speed, wide, .. }) => {
                 let all = forms.iter().flatten().map(Form::largest).fold(0.0, f64::max);
                 let r = speed.magnitude().square() * (I::ONE + I::from(wide).square());
                 (r * I::from(all)).hi

@@ -102,18 +102,61 @@ struct Edge {
     growth: f64,
 }
 
+/// An attracting fast-slide end: what follows its corners, with w = y/|ξ| ≤ `wide` at all of them, for |ξ| = 1 at the first one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Attraction {
+    /// All |ξ| that follow, and the largest w that follows, for all corners of the end.
+    pub(super) speed: I,
+    pub(super) wide: f64,
+    /// |ξ| is in the end 1 + `limit` w, and until then 1 + w times a number between 0 and `change`.
+    limit: I,
+    change: I,
+    /// Bound of the increase of w y/|ξ| from the first corner on, without that of |ξ|.
+    stretch: f64,
+    /// The contacts whose corners may also leave the end, when the other contact lifts off.
+    leaves: [bool; 2],
+}
+
+impl Attraction {
+    /// The images after the corners of the end with these w and with r = 1, that is |ξ| = 1/√(1 + w²).
+    pub(super) fn images(&self, map: &CornerMap, right: bool, w: I) -> Images {
+        let mut images = Images::none();
+        let start = I::ONE / (I::ONE + w.square()).sqrt();
+        let speed = (I::ONE + w * self.limit) * start;
+        map.together(if right { speed } else { -speed }, &mut images);
+        if self.leaves == [false; 2] {
+            return images;
+        }
+        let speed = I::ONE + w * self.change.hull(I::ZERO);
+        let wide = (I::from(w.hi) * I::from(self.stretch) / I::from(speed.lo)).hi.min(self.wide);
+        let root = (I::ONE + I::from(wide).square()).sqrt();
+        let speed = speed * start;
+        let sizes = I::new(speed.lo.max(0.0), (speed * root).hi);
+        let half = std::f64::consts::FRAC_PI_2;
+        let angle = libm::atan(1.0 / wide) - TRIGONOMETRIC_ERROR;
+        let end = if right { Cell::new(angle, half) } else { Cell::new(-half, -angle) };
+        for contact in (0..2).filter(|contact| self.leaves[*contact]) {
+            let mut after = Images::none();
+            map.leaving(contact, &end, right, &mut after);
+            images.add(&after, sizes);
+        }
+        images
+    }
+}
+
+/// The ratios w = y/|ξ| of corners in a fast-slide end.
+pub(super) fn ratios(slope: I) -> I {
+    let [near, far] = [slope.lo.abs().min(slope.hi.abs()), slope.lo.abs().max(slope.hi.abs())];
+    I::new((1.0 / far).next_down().max(0.0), (1.0 / near).next_up())
+}
+
 /// Behaviour at a fast-slide end.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum SlideEnd {
     /// Not a fast-slide end.
     Ordinary,
-    /// Both contacts finally slide together. Until then, if ξ = 1 at the start, ξ stays in `speed`, and y ≤ `wide` |ξ|.
-    Attracts {
-        speed: I,
-        wide: f64,
-        /// The contacts whose corners may also leave the end, when the other contact lifts off.
-        leaves: [bool; 2],
-    },
+    /// Both contacts finally slide together.
+    Attracts(Attraction),
     /// The corners leave the end. The number is a bound of the growth ln r until then.
     Repels(f64),
     Unknown,
@@ -149,9 +192,7 @@ impl<'g> Graph<'g> {
                         left.push((j, cell.phi));
                         continue;
                     }
-                    SlideEnd::Attracts { speed, wide, leaves } => {
-                        after_end(map, right, speed, wide, leaves)
-                    }
+                    SlideEnd::Attracts(end) => end.images(map, right, ratios(cell.slope)),
                     _ => map.images(j, cell),
                 };
                 for image in images.iter() {
@@ -316,13 +357,12 @@ pub(super) fn zone(map: &CornerMap, grid: &Grid, j: usize, right: bool) -> (Slid
         return (SlideEnd::Ordinary, 0);
     }
     let n = grid.limits.len();
-    let Some((cycle, _)) = fast_cycle(map, j, right) else {
-        let width = (1.0 / grid.limits[n - 1]).next_up();
-        return match Several::of(map, j, right) {
-            Some(several) if several.repeats => (several.end(right, width), 1),
-            Some(_) => (SlideEnd::Ordinary, 0),
-            None => (SlideEnd::Unknown, 1),
-        };
+    let cycle = fast_cycle(map, j, right);
+    let several = match (&cycle, Several::of(map, j, right)) {
+        (Some(_), _) => None,
+        (None, Some(several)) if several.repeats => Some(several),
+        (None, Some(_)) => return (SlideEnd::Ordinary, 0),
+        (None, None) => return (SlideEnd::Unknown, 1),
     };
     let mut cells = (0..n).rev().map(|k| {
         // y/|ξ| beyond this limit
@@ -330,36 +370,15 @@ pub(super) fn zone(map: &CornerMap, grid: &Grid, j: usize, right: bool) -> (Slid
         (k + 1, (1.0 / limit.abs()).next_up(), limit)
     });
     let found = cells.find_map(|(cells, width, limit)| {
-        let kind = if (limit > 0.0) == right && width <= BEND {
-            end(cycle, right, width)
-        } else {
-            SlideEnd::Unknown
+        let kind = match (&cycle, &several) {
+            _ if (limit > 0.0) != right || width > BEND => SlideEnd::Unknown,
+            (Some((cycle, _)), _) => end(*cycle, right, width),
+            (None, Some(several)) => several.end(right, width),
+            (None, None) => SlideEnd::Unknown,
         };
         (kind != SlideEnd::Unknown).then_some((kind, cells))
     });
     found.unwrap_or((SlideEnd::Unknown, 1))
-}
-
-/// What follows the corners of an attracting fast-slide end.
-pub(super) fn after_end(
-    map: &CornerMap,
-    right: bool,
-    speed: I,
-    wide: f64,
-    leaves: [bool; 2],
-) -> Images {
-    let mut images = Images::none();
-    map.together(if right { speed } else { -speed }, &mut images);
-    let root = (I::ONE + I::from(wide).square()).sqrt();
-    let sizes = I::new((speed / root).lo.max(0.0), (speed * root).hi);
-    let (angle, half) = (libm::atan(1.0 / wide) - TRIGONOMETRIC_ERROR, std::f64::consts::FRAC_PI_2);
-    let end = if right { Cell::new(angle, half) } else { Cell::new(-half, -angle) };
-    for contact in (0..2).filter(|contact| leaves[*contact]) {
-        let mut after = Images::none();
-        map.leaving(contact, &end, right, &mut after);
-        images.add(&after, sizes);
-    }
-    images
 }
 
 /// The corners at a fast-slide end, if there may be several after one.
@@ -417,7 +436,14 @@ impl Several {
         let change = self.bend.times(side) * I::new(0.0, width) * I::from(self.sum);
         let wide = (I::from(width) * I::from(self.stretch) / (I::ONE + change)).hi;
         if change.lo > -BEND && change.hi < LONGER && wide <= BEND {
-            SlideEnd::Attracts { speed: I::ONE + change, wide, leaves: self.reached }
+            SlideEnd::Attracts(Attraction {
+                speed: I::ONE + change,
+                wide,
+                limit: self.bend.times(side) * I::from(self.sum),
+                change: self.bend.times(side) * I::from(self.sum),
+                stretch: self.stretch,
+                leaves: self.reached,
+            })
         } else {
             SlideEnd::Unknown
         }
@@ -439,6 +465,7 @@ fn end(cycle: [Fast; 2], right: bool, width: f64) -> SlideEnd {
         (bend.lo > -BEND && bend.hi < BEND).then_some(bend)
     };
     let (mut kappa, mut a) = round(cycle);
+    let limit = a.times(side) / (I::ONE - kappa);
     let (other, b) = round([cycle[1], cycle[0]]);
     (kappa, a) = (kappa.hull(other), a.hull(b).times(side));
     let [Some(one), Some(two)] = [0, 1].map(|k| bent(&cycle[k], inside)) else {
@@ -453,7 +480,9 @@ fn end(cycle: [Fast; 2], right: bool, width: f64) -> SlideEnd {
         let wide = (I::from(width) * I::from(stretch) / (I::ONE + sum)).hi;
         let follows = [0, 1].map(|k| bent(&cycle[k], I::new(0.0, wide)));
         if sum.lo > -BEND && sum.hi < LONGER && follows.iter().all(Option::is_some) {
-            SlideEnd::Attracts { speed: I::ONE + sum, wide, leaves: [false; 2] }
+            let stretch = stretch.next_up();
+            let (speed, leaves) = (I::ONE + sum, [false; 2]);
+            SlideEnd::Attracts(Attraction { speed, wide, limit, change: limit, stretch, leaves })
         } else {
             SlideEnd::Unknown
         }
@@ -497,7 +526,7 @@ mod tests {
         ) {
             let fast = Fast { b: I::from(b), k: I::from(k), from: I::ZERO };
             let found = end([fast; 2], right, 0.1);
-            let SlideEnd::Attracts { speed, .. } = found else { panic!("{found:?}") };
+            let SlideEnd::Attracts(Attraction { speed, .. }) = found else { panic!("{found:?}") };
             let side = if right { 1.0 } else { -1.0 };
             let limit = 1.0 + side * b * y / (1.0 - k);
             prop_assert!(speed.lo <= limit && limit <= speed.hi, "{speed:?} {limit}");

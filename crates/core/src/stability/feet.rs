@@ -36,7 +36,7 @@ use crate::outcome::ContactNumber;
 use crate::stability::certify::WhyUndecided;
 use crate::stability::conditions::with_contacts;
 use crate::stability::existence::{self, NoMotion, Standing};
-use crate::stability::local::{Local, Row, length, size_of};
+use crate::stability::local::{Local, Row, length};
 use crate::stability::{Argument, Evidence, Finding, Stability, StabilityOptions, Verdict, judge};
 
 type I = Interval;
@@ -114,9 +114,7 @@ fn are_mirrored(posture: &Posture, [i, j]: [usize; 2]) -> bool {
 /// The rays of K; `None` if they are not certain, or if K may have no interior.
 fn rays(posture: &Posture, width: f64) -> Option<Vec<KnownRay>> {
     let f = posture.fields();
-    let size = size_of(f, &f.contacts);
-    let rows: Vec<Row> =
-        f.contacts.iter().map(|k| Row::of(k, f.center_of_mass, width, size)).collect();
+    let rows: Vec<Row> = f.contacts.iter().map(|k| Row::of(k, f.center_of_mass, width)).collect();
     let mut found = Vec::new();
     for i in 0..rows.len() {
         for j in i + 1..rows.len() {
@@ -415,7 +413,7 @@ pub(super) fn laws(posture: &Posture) -> Vec<Impact> {
     let f = posture.fields();
     let rho2 = I::from(f.gyration_radius).square();
     let soft = f.contacts.iter().all(|contact| {
-        let row = Row::of(contact, f.center_of_mass, 0.0, 0.0);
+        let row = Row::of(contact, f.center_of_mass, 0.0);
         [1.0, -1.0]
             .into_iter()
             .all(|side| row.stiffness(contact.friction, side, rho2).is_positive())

@@ -107,17 +107,17 @@ pub(super) struct Row {
 }
 
 impl Row {
-    /// `width`: that of the numbers, see [`StabilityOptions`](super::StabilityOptions); `size`: of the body, in m.
-    pub(super) fn of(contact: &Contact, center_of_mass: [f64; 2], width: f64, size: f64) -> Self {
+    /// `width`: that of the numbers, see [`StabilityOptions`](super::StabilityOptions).
+    pub(super) fn of(contact: &Contact, center_of_mass: [f64; 2], width: f64) -> Self {
         let exact = |x: f64| I::from(x);
         let [cos, sin] = match quarter_turns(contact.slope) {
             Some(parts) => parts.map(exact),
             None => [libm::cos(contact.slope), libm::sin(contact.slope)]
-                .map(|part| I::near(part).widened(width)),
+                .map(|part| I::near(part).widened(width * contact.slope.abs())),
         };
-        let arm: [I; 2] = std::array::from_fn(|k| {
-            (exact(contact.point[k]) - exact(center_of_mass[k])).widened(width * size)
-        });
+        let arm = [0, 1].map(|k| exact(contact.point[k]) - exact(center_of_mass[k]));
+        let length = (arm[0].square() + arm[1].square()).sqrt().hi;
+        let arm = arm.map(|part| part.widened(width * length));
         let (n, t) = ([-sin, cos], [cos, sin]);
         let (b, c) = (t[0] * arm[0] + t[1] * arm[1], n[0] * arm[0] + n[1] * arm[1]);
         Self { n, t, b, c }
@@ -139,18 +139,6 @@ impl Row {
     pub(super) fn opens(&self, z: [I; 3]) -> I {
         self.n[0] * z[0] + self.n[1] * z[1] + self.b * z[2]
     }
-}
-
-/// The unit of the widths of arms, in m: the longest arm of these contacts, or the radius of gyration if that is longer.
-pub(super) fn size_of<'c>(
-    f: &PostureFields,
-    contacts: impl IntoIterator<Item = &'c Contact>,
-) -> f64 {
-    let arm = |contact: &Contact| {
-        let [x, y] = [0, 1].map(|k| contact.point[k] - f.center_of_mass[k]);
-        libm::hypot(x, y)
-    };
-    contacts.into_iter().map(arm).fold(f.gyration_radius, f64::max)
 }
 
 /// The part of the interval of a restitution that is below 1.
@@ -180,8 +168,7 @@ impl Local {
         let gravity = exact(f.gravity);
         let wide = |x: f64| exact(x).widened(width * x);
         let rho2 = wide(f.gyration_radius).square();
-        let size = size_of(f, [first, second]);
-        let rows = [first, second].map(|contact| Row::of(contact, f.center_of_mass, width, size));
+        let rows = [first, second].map(|contact| Row::of(contact, f.center_of_mass, width));
         let dot = |x: [I; 2], y: [I; 2]| x[0] * y[0] + x[1] * y[1];
         let both = |f: &dyn Fn(usize, usize) -> I| [[f(0, 0), f(0, 1)], [f(1, 0), f(1, 1)]];
         let nn = both(&|i, j| {

@@ -305,9 +305,9 @@ pub struct StabilityOptions {
     /// Whether a motion ends where a contact jams, or goes on after the plastic impact that stops the contact. With [`Jams::Impact`] a posture
     /// is not unstable because of missing motions.
     pub jams: Jams,
-    /// The verdict holds for all scenes whose numbers differ from those given by at most this share: arms of contacts by this share of the
-    /// longest arm or of the radius of gyration, slopes by this angle in rad, restitution, friction and radius of gyration by this share of
-    /// themselves. Zeros and slopes that are multiples of a right angle are exact, and so are equal slopes on one line of ground. From 0 to 0.1.
+    /// The verdict holds for all scenes whose numbers differ from those given by at most this share: both coordinates of the arm from the
+    /// centre of mass to a contact by this share of its length; slope, restitution, friction and radius of gyration by this share of themselves.
+    /// Slopes that are multiples of a right angle are exact. From 0 to 0.1.
     pub width: f64,
 }
 

@@ -12,7 +12,7 @@
 
 use std::collections::VecDeque;
 
-use crate::stability::cells::{Grid, SlideEnd, after_end, size, zone};
+use crate::stability::cells::{Grid, SlideEnd, ratios, size, zone};
 use crate::stability::corner::{Cell, CornerMap, Image, Images};
 use crate::tolerance::{STRICT_DECREASE, TRIGONOMETRIC_ERROR};
 
@@ -62,7 +62,7 @@ impl<'m> Ends<'m> {
     fn images(&self, contact: usize, phi: [f64; 2]) -> Images {
         for right in [false, true] {
             let (end, cells) = self.zones[contact][usize::from(right)];
-            let SlideEnd::Attracts { speed, wide, leaves } = end else { continue };
+            let SlideEnd::Attracts(end) = end else { continue };
             let limit = self.grid.zone_limit(right, cells);
             let inside = if right {
                 phi[0] >= libm::atan(limit) + TRIGONOMETRIC_ERROR
@@ -70,7 +70,8 @@ impl<'m> Ends<'m> {
                 phi[1] <= libm::atan(limit) - TRIGONOMETRIC_ERROR
             };
             if inside {
-                return after_end(self.map, right, speed, wide, leaves);
+                let slope = Cell::new(phi[0], phi[1]).slope;
+                return end.images(self.map, right, ratios(slope));
             }
         }
         self.map.images(contact, &Cell::new(phi[0], phi[1]))
