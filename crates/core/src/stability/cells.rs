@@ -361,8 +361,7 @@ pub(super) fn zone(map: &CornerMap, grid: &Grid, j: usize, right: bool) -> (Slid
     let several = match (&cycle, Several::of(map, j, right)) {
         (Some(_), _) => None,
         (None, Some(several)) if several.repeats => Some(several),
-        (None, Some(_)) => return (SlideEnd::Ordinary, 0),
-        (None, None) => return (SlideEnd::Unknown, 1),
+        (None, _) => return (SlideEnd::Ordinary, 0),
     };
     let mut cells = (0..n).rev().map(|k| {
         // y/|ξ| beyond this limit
@@ -378,7 +377,7 @@ pub(super) fn zone(map: &CornerMap, grid: &Grid, j: usize, right: bool) -> (Slid
         };
         (kind != SlideEnd::Unknown).then_some((kind, cells))
     });
-    found.unwrap_or((SlideEnd::Unknown, 1))
+    found.unwrap_or(if cycle.is_some() { (SlideEnd::Unknown, 1) } else { (SlideEnd::Ordinary, 0) })
 }
 
 /// The corners at a fast-slide end, if there may be several after one.
