@@ -16,7 +16,7 @@ from .intervals import (
     known,
     require,
 )
-from .tails import fall, landing, never_lands, not_below_zero
+from .tails import falls, never_lands, not_below_zero
 
 
 @dataclass(frozen=True)
@@ -91,6 +91,11 @@ def quotient(xi: Interval, y: Interval) -> tuple[int | None, int | None]:
     return divide(xi.lo, y.lo, y.hi, False), divide(xi.hi, y.lo, y.hi, True)
 
 
+def with_form(image: Image, form: tuple[Interval, Interval, Interval]) -> Image:
+    """The image with a bound by a quadratic form."""
+    return image if isinstance(image, str) else replace(image, form=form)
+
+
 def clipped(value: Interval, side: int) -> Interval | None:
     """The part of an interval with this sign; None if it is empty."""
     low, high = (
@@ -115,9 +120,13 @@ class Corners(Flights):
 
     def images(self, j: int, cell: Cell) -> list[Image]:
         """The images of the corners of a cell at contact j. Raises ValueError where a sign is not certain."""
-        course = self.course(j)
-        if course is None:
-            return []
+        found: list[Image] = []
+        for course in self.course(j):
+            found += self.images_of(course, cell)
+        return found
+
+    def images_of(self, course: Course, cell: Cell) -> list[Image]:
+        """The images after one of the flights that may follow."""
         flight = course.flight
         if flight.away:
             return [ESCAPE]
@@ -127,7 +136,7 @@ class Corners(Flights):
         found: list[Image] = []
         if start.sign() == 0:
             h, u = flight.h * cell.y.square(), flight.u * cell.y
-            return [self.turn(flight.kept, h, u, None)]
+            return self.turn(flight.kept, h, u, None)
         for side in (-1, 1):
             part = clipped(start, side)
             if part is not None and (part.lo < part.hi or start.sign() == side):
@@ -141,7 +150,7 @@ class Corners(Flights):
         flight = course.flight
         jump = self.jumps[k][side]
         if jump is not None:
-            return [self.jam(course, k, cell, xi, side, jump)]
+            return self.jam(course, k, cell, xi, side, jump)
         arc = known(
             self.slides[k][side],
             f"contact {self.body.feet[k].name} is not certainly pressed onto its ground",
@@ -168,22 +177,34 @@ class Corners(Flights):
                     )
                 )
             require(slows is not None, "whether a slide slows down is not certain")
-            if slows == -1 and end.times(side).lo <= 0:
+            if not lands.never and slows == -1 and end.times(side).lo <= 0:
                 stop = -xi / arc.along
                 stop = Interval(max(stop.lo, 0), min(stop.hi, (t * cell.y).hi))
                 if stop.lo <= stop.hi:
-                    found.append(self.stop(course, k, cell, side, arc, stop))
-            return found
-        require(
-            never_lands(flight.h, flight.u, arc.normal) and slows is not None,
-            "whether a contact lands during a slide is not certain",
+                    found += self.stop(course, k, cell, side, arc, stop)
+            if not lands.never:
+                return found
+        else:
+            require(
+                never_lands(flight.h, flight.u, arc.normal),
+                "whether a contact lands during a slide is not certain",
+            )
+        return found + self.lift(course, k, cell, xi, side)
+
+    def lift(
+        self, course: Course, k: int, cell: Cell, xi: Interval, side: int
+    ) -> list[Image]:
+        """Contact k slides at ξ, which has this sign, and the other one does not land before the slide ends."""
+        arc = known(
+            self.slides[k][side],
+            f"contact {self.body.feet[k].name} is not certainly pressed onto its ground",
         )
+        slows = arc.along.times(side).sign()
+        require(slows is not None, "whether a slide slows down is not certain")
         if slows != -1:
             return [ESCAPE]
         stop = -xi / arc.along
-        return [
-            self.stop(course, k, cell, side, arc, Interval(max(stop.lo, 0), stop.hi))
-        ]
+        return self.stop(course, k, cell, side, arc, Interval(max(stop.lo, 0), stop.hi))
 
     def moved(
         self, cell: Cell, bend: Interval, factor: Interval, side: int
@@ -203,15 +224,17 @@ class Corners(Flights):
 
     def stop(
         self, course: Course, k: int, cell: Cell, side: int, arc: Arc, t: Interval
-    ) -> Image:
+    ) -> list[Image]:
         """The slide of contact k has ended after the time t, at −(ξ + shift y)/along."""
         h, u, y = course.flight.h, course.flight.u, cell.y
         gap = h * y.square() + u * y * t + (arc.normal * t.square()).half()
         rate = u * y + arc.normal * t
-        image = self.turn(k, not_below_zero(gap, "a gap"), rate, side)
+        if gap.hi < 0:
+            return []  # the other contact has landed before: that is another image
+        images = self.turn(k, not_below_zero(gap, "a gap"), rate, side)
         still = self.starts[k]
-        if isinstance(image, str) or still is None or still[0] != 0:
-            return image
+        if still is None or still[0] != 0:
+            return images
         # y'² = A y² + 2B yτ + C τ² with τ = p ξ + q y
         normal = still[1].normal
         less = arc.normal - normal
@@ -219,7 +242,7 @@ class Corners(Flights):
         b, c = u * less, arc.normal * less
         p, q = -ONE / arc.along, -course.shift / arc.along
         form = (c * p.square(), (b + c * q) * p, a + (b * q).times(2) + c * q.square())
-        return replace(image, form=form)
+        return [with_form(image, form) for image in images]
 
     def jam(
         self,
@@ -229,13 +252,13 @@ class Corners(Flights):
         xi: Interval,
         side: int,
         jump: Interval,
-    ) -> Image:
+    ) -> list[Image]:
         """Contact k, which slides at ξ + shift y, jams: it stops at once, and the gap rate of the other contact changes."""
         h, u, y = course.flight.h, course.flight.u, cell.y
-        image = self.turn(k, h * y.square(), u * y + jump * xi, side)
+        images = self.turn(k, h * y.square(), u * y + jump * xi, side)
         still = self.starts[k]
-        if isinstance(image, str) or still is None or still[0] != 0:
-            return image
+        if still is None or still[0] != 0:
+            return images
         # y'² = (J ξ + r y)² − 2 a h y², r = u + J shift
         rate = u + jump * course.shift
         form = (
@@ -243,7 +266,7 @@ class Corners(Flights):
             jump * rate,
             rate.square() - (still[1].normal * h).times(2),
         )
-        return replace(image, form=form)
+        return [with_form(image, form) for image in images]
 
     def jam_together(self, s: Interval, side: int) -> list[Image]:
         """Both contacts slide at s, and no word goes on: what follows all impulses in the friction cones that stop both, or stop one that jams
@@ -270,7 +293,7 @@ class Corners(Flights):
             )
             if opens == 1:
                 rate = not_below_zero(jump * s, "a gap rate")
-                found.append(self.turn(k, ZERO, rate, side))
+                found += self.turn(k, ZERO, rate, side)
         require(bool(found), "no impact ends the jam of both contacts")
         return found
 
@@ -303,7 +326,7 @@ class Corners(Flights):
                 return False
         return None
 
-    def turn(self, k: int, h: Interval, u: Interval, side: int | None) -> Image:
+    def turn(self, k: int, h: Interval, u: Interval, side: int | None) -> list[Image]:
         """Contact k is at rest after it slid with this sign of ξ; the other one is in the air."""
         start = known(
             self.starts[k],
@@ -314,15 +337,13 @@ class Corners(Flights):
             way == 0 or way != side,
             f"contact {self.body.feet[k].name} stops and goes on in the same direction",
         )
-        t = landing(h, u, arc.normal)
-        if t is None:
-            require(
-                never_lands(h, u, arc.normal), "whether a contact lands is not certain"
-            )
-            return ESCAPE
-        xi, y = arc.along * t, fall(h, u, arc.normal)
-        low, high = quotient(xi, y)
-        return Corner(1 - k, low, high, xi.square() + y.square())
+        ends = known(falls(h, u, arc.normal), "whether a contact lands is not certain")
+        found: list[Image] = [ESCAPE] if ends.never else []
+        if ends.t is not None:
+            xi, y = arc.along * ends.t, ends.speed
+            low, high = quotient(xi, y)
+            found.append(Corner(1 - k, low, high, xi.square() + y.square()))
+        return found
 
     def together(self, s: Interval) -> list[Image]:
         """Both contacts are on the ground and slide at s."""
@@ -348,7 +369,7 @@ class Corners(Flights):
                 continue
             t = not_below_zero(-part / arc.along, "a time")
             gap = (arc.normal * t.square()).half()
-            found.append(self.turn(k, gap, arc.normal * t, side))
+            found += self.turn(k, gap, arc.normal * t, side)
         return found
 
     def alone(self, k: int, way: int) -> bool:

@@ -8,14 +8,17 @@ Impacts do not change s, so that what follows depends on ξ and y by its size an
 """
 
 from dataclasses import dataclass
+from functools import cached_property
 
-from .intervals import ONE, UNIT, ZERO, Interval, require, solve
+from .intervals import ONE, UNIT, ZERO, Interval, known, require, solve
 from .scene import Body
-from .tails import Tails, fall, landing, never_lands, not_below_zero
+from .tails import Tails, fall, falls, landing, never_lands, not_below_zero
 from .words import Pair
 
 #: Largest number of impacts of one flight.
 IMPACTS = 1024
+#: Halvings of the share of the energy at one contact, in the search for a bound of the time.
+SHARES = 60
 
 
 @dataclass(frozen=True)
@@ -40,20 +43,32 @@ class Flight:
 
 @dataclass(frozen=True)
 class Lands:
-    """The slide after a corner with y = 1 ends with a landing: its duration, and B and K of ξ' = ξ + B y, y' = K y."""
+    """The slide after a corner with y = 1 may end with a landing: its duration, and B and K of ξ' = ξ + B y, y' = K y. `never`: the other
+    contact may also stay in the air."""
 
     t: Interval
     bend: Interval
     factor: Interval
+    never: bool
 
 
 @dataclass(frozen=True)
 class Course:
-    """What follows the corners at a contact: the flight, and, for y = 1, the slide that begins at ξ + shift, for each sign of that."""
+    """What may follow the corners at a contact: the flight, and, for y = 1, the slide that begins at ξ + shift, for each sign of that: None if
+    the other contact does not land during the slide."""
 
     flight: Flight
     shift: Interval
     lands: dict[int, Lands | None]
+
+
+@dataclass(frozen=True)
+class Energy:
+    """E = ½u·D⁻¹u + λ·h never rises. `settles` √(2E) bounds the time until one contact rests."""
+
+    inverse: list[list[Interval]]
+    weights: list[Interval]
+    settles: Interval
 
 
 class Flights:
@@ -99,7 +114,7 @@ class Flights:
         self.starts: list[tuple[int, Arc] | None] = [
             self.from_rest(k) for k in range(2)
         ]
-        self.courses: dict[int, Course | str | None] = {}
+        self.courses: dict[int, list[Course] | str] = {}
 
     def leaves_alone(self, k: int) -> bool:
         """Whether gravity pulls contact k off its ground: it has no motion there while the other one is in the air."""
@@ -179,12 +194,59 @@ class Flights:
         )
         return room.lo >= 0
 
-    def flight(self, j: int) -> Flight | None:
-        """From a corner at j with y = 1, the other contact on its ground."""
-        if self.leaves_alone(1 - j):
+    @cached_property
+    def energy(self) -> Energy | None:
+        """None unless λ > 0, g > 0 and a bound of the time is known.
+
+        Impacts in a row at one contact are a block. Let y be the share of E in the contact j of a block, E_j = ½u_j²/D_jj, when it starts. The
+        block lasts at most T √E, T = max_j 2√(2D_jj m_j)/(g_j(1 − e_j)) with E_j ≤ m_j E, and leaves at most (1 − (1 − e²)y) E. If y < y_0, then the
+        share is at most 2y_0 after it, and the next block, at the other contact, has y ≥ Y(2y_0)² ≥ y_0 [theory page, *Amplification*]. So E falls by
+        q² = 1 − (1 − e²)y_0 at least over two blocks, and the time is at most T √E (1 + 2/(1 − q))."""
+        det = self.nn[0][0] * self.nn[1][1] - self.nn[0][1] * self.nn[1][0]
+        weights = self.pair.weights
+        alike = self.e[0].lo == self.e[1].lo and self.e[0].hi == self.e[1].hi
+        if min(x.lo for x in [*weights, *self.g]) <= 0 or not (
+            alike or self.psi[0].lo >= 0
+        ):
             return None
+        ratios = [self.g[i] / (self.nn[i][i] * weights[i]) for i in range(2)]
+        most = Interval(*[max(UNIT, *(r.hi for r in ratios))] * 2)
+        kappa = Interval(*[max(UNIT, *((ONE / r).hi for r in ratios))] * 2)
+        e = Interval(*[max(e.hi for e in self.e)] * 2)
+        square = self.psi[0] * self.psi[1]
+        psi = Interval(0, max(square.hi, 0)).sqrt()
+        share = ONE
+        for _ in range(SHARES):
+            share = share.half()
+            twice = share.times(2)
+            left = (ONE - square) * (ONE - kappa * twice)
+            if left.lo > 0 and (left.sqrt() - psi * twice.sqrt()).lo >= share.sqrt().hi:
+                break
+        else:
+            return None
+        q = max((ONE - (ONE - e.square()) * share).sqrt().hi, e.hi)
+        longest = max(
+            (
+                (self.nn[j][j] * most.times(2)).sqrt().times(2)
+                / (self.g[j] * (ONE - self.e[j]))
+            ).hi
+            for j in range(2)
+        )
+        settles = Interval(longest, longest) * (
+            ONE + ONE.times(2) / (ONE - Interval(q, q))
+        )
+        inverse = [
+            [self.nn[1][1] / det, -self.nn[0][1] / det],
+            [-self.nn[1][0] / det, self.nn[0][0] / det],
+        ]
+        return Energy(inverse, weights, settles)
+
+    def flight(self, j: int) -> list[Flight]:
+        """From a corner at j with y = 1, the other contact on its ground: all flights that may follow; none if the other contact does not stay."""
+        if self.leaves_alone(1 - j):
+            return []
         if self.chatters():
-            return Flight(None, ZERO, ZERO, ZERO)
+            return [Flight(None, ZERO, ZERO, ZERO)]
         u, last = [ZERO, ZERO], j
         u[j] = -ONE
         for _ in range(IMPACTS):
@@ -196,11 +258,22 @@ class Flights:
             last = 1 - last
         raise ValueError(f"more than {IMPACTS} impacts at one instant")
 
-    def fly(self, a: int, u: list[Interval]) -> Flight:
+    def fly(self, a: int, u: list[Interval]) -> list[Flight]:
+        """From zero gaps, after an impact at a. A flight whose course is not certain to its end is cut where E is least."""
+        cut = Cut(self.energy)
+        try:
+            return [self.follow_flight(a, u, cut)]
+        except ValueError:
+            if cut.energy is None or cut.least is None:
+                raise
+            return cut.flights(cut.energy)
+
+    def follow_flight(self, a: int, u: list[Interval], cut: "Cut") -> Flight:
         """From zero gaps, after an impact at a. Speeds are in units of u_a after the last impact."""
         h, t, size = [ZERO, ZERO], ZERO, ONE
         tails = Tails(self.g, self.e, self.psi)
         for _ in range(IMPACTS):
+            cut.take(h, u, size, t)
             b = 1 - a
             for kept, rests in (
                 (a, u[a].sign() == 0),
@@ -307,8 +380,8 @@ class Flights:
             return None
         return h / (-u[b] - scale * u[a] / large)
 
-    def course(self, j: int) -> Course | None:
-        """What follows a corner at j; None if there is none, because the other contact does not stay on its ground."""
+    def course(self, j: int) -> list[Course]:
+        """What may follow a corner at j; nothing if there is no such corner, because the other contact does not stay on its ground."""
         if j not in self.courses:
             try:
                 self.courses[j] = self.follow(j)
@@ -319,10 +392,10 @@ class Flights:
             raise ValueError(found)
         return found
 
-    def follow(self, j: int) -> Course | None:
-        flight = self.flight(j)
-        if flight is None:
-            return None
+    def follow(self, j: int) -> list[Course]:
+        return [self.course_of(j, flight) for flight in self.flight(j)]
+
+    def course_of(self, j: int, flight: Flight) -> Course:
         shift = self.beta[1 - j][j] / self.alpha[1 - j] + self.drift * flight.t
         k = flight.kept
         if k is None:
@@ -331,9 +404,43 @@ class Flights:
         lands: dict[int, Lands | None] = {}
         for side in (1, -1):
             arc = self.slides[k][side]
-            t = None if arc is None else landing(flight.h, flight.u, arc.normal)
+            found = None if arc is None else falls(flight.h, flight.u, arc.normal)
             lands[side] = None
-            if arc is not None and t is not None:
-                factor = fall(flight.h, flight.u, arc.normal)
-                lands[side] = Lands(t, shift + arc.along * t, factor)
+            if arc is not None and found is not None and found.t is not None:
+                bend = shift + arc.along * found.t
+                lands[side] = Lands(found.t, bend, found.speed, found.never)
         return Course(flight, shift, lands)
+
+
+@dataclass
+class Cut:
+    """Where a flight is best cut: 2E and the time there."""
+
+    energy: Energy | None
+    least: Interval | None = None
+    time: Interval = ZERO
+
+    def take(
+        self, h: list[Interval], u: list[Interval], size: Interval, t: Interval
+    ) -> None:
+        if self.energy is None:
+            return
+        [[a, b], [_, c]] = self.energy.inverse
+        kinetic = a * u[0].square() + (b * u[0] * u[1]).times(2) + c * u[1].square()
+        heights = self.energy.weights[0] * h[0] + self.energy.weights[1] * h[1]
+        twice = (kinetic + heights.times(2)) * size.square()
+        if self.least is None or twice.hi < self.least.hi:
+            self.least, self.time = Interval(0, max(twice.hi, 0)), t
+
+    def flights(self, energy: Energy) -> list[Flight]:
+        """All ends: contact k rests, and u² (D⁻¹)_mm + 2 λ_m h ≤ 2E of the other one; or both rest."""
+        left = known(self.least, "a flight is cut before it starts")
+        rest = (energy.settles * left.sqrt()).hi
+        t = self.time + Interval(0, rest)
+        found = [Flight(None, ZERO, ZERO, t)]
+        for k in range(2):
+            m = 1 - k
+            rate = (left / energy.inverse[m][m]).sqrt().hi
+            gap = (left / energy.weights[m].times(2)).hi
+            found.append(Flight(k, Interval(0, gap), Interval(-rate, rate), t))
+        return found

@@ -1,7 +1,7 @@
 """The claim that no sequence of corners grows for ever: a potential over cells of ξ/y."""
 
 from bisect import bisect_left, bisect_right
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 from typing import Any
@@ -10,6 +10,7 @@ from .corners import ESCAPE, REST, Cell, Corners, Image, inverse
 from .intervals import (
     ONE,
     UNIT,
+    ZERO,
     Interval,
     at_least_zero,
     exponential,
@@ -28,18 +29,36 @@ HALVINGS = 48
 MOST_PARTS = 20_000
 
 
+#: Rounds in which the sum of the landing speeds in a fast-slide end is found.
+SUM_ROUNDS = 64
+
+
 #: ε: the least decrease of the potential from corner to corner.
 DECREASE = UNIT >> 40
 
 
 @dataclass(frozen=True)
-class FastEnd:
-    """The cells of a fast-slide end, and what happens there: the speed |ξ| of the slide of both in the end, for |ξ| = 1 at the start; or the
-    growth ln r until the corners leave the end."""
+class Repelling:
+    """The cells of a fast-slide end that the corners leave, and a bound of the growth ln r until then."""
 
     cells: range
-    speed: Interval | None
     transit: int
+
+
+@dataclass(frozen=True)
+class Attracting:
+    """The cells of a fast-slide end in which both contacts finally slide together. With ξ = ±1 and w = y at the first corner: |ξ| is finally
+    1 + limit w, and until then 1 + w times a number between 0 and `change`; y grows at most by `stretch` on the way. `leaves`: the contacts
+    whose corners may also leave the end, because the other contact lifts off."""
+
+    cells: range
+    limit: Interval
+    change: Interval
+    stretch: Interval
+    leaves: list[int]
+
+
+End = Repelling | Attracting
 
 
 class Potential:
@@ -90,12 +109,12 @@ class Potential:
             and all(isinstance(pair, list) and len(pair) == 2 for pair in ends),
             "data.ends is not two pairs",
         )
-        self.ends: list[dict[int, FastEnd | None]] = [
+        self.ends: list[dict[int, End | None]] = [
             {way: self.end(j, way, ends[j][way > 0]) for way in (-1, 1)}
             for j in range(2)
         ]
 
-    def end(self, j: int, way: int, limit: Any) -> FastEnd | None:
+    def end(self, j: int, way: int, limit: Any) -> End | None:
         """The fast-slide end beyond a limit. There contact k stays on the ground, and ξ' = ξ + B y, y' = K y at each corner."""
         if limit is None:
             return None
@@ -107,25 +126,98 @@ class Potential:
         )
         place = self.limits.index(where)
         cells = range(place + 1, self.count) if way > 0 else range(place + 1)
+        width = inverse(abs(where), up=True)
         own = self.fast(j, way)
-        other = own if own.then == j else self.fast(own.then, way)
-        require(other.then == j, f"the corners at {name} do not come back to it")
-        speed, transit = fast_end(own, other, inverse(abs(where), up=True), name)
-        return FastEnd(cells, speed, transit)
+        if len(own) == 1:
+            [one] = own
+            back = own if one.then == j else self.fast(one.then, way)
+            if len(back) == 1 and back[0].then == j and self.certain(j, one.then):
+                return fast_end(one, back[0], cells, width, name)
+        return self.several(j, way, cells, width, name)
 
-    def fast(self, j: int, way: int) -> "Fast":
-        course = self.corners.course(j)
-        lands = None if course is None else course.lands[way]
-        if course is None or course.flight.kept is None or lands is None:
-            raise ValueError(f"the corners at contact {j + 1} have no fast-slide end")
-        return Fast(
-            1 - course.flight.kept,
-            course.shift.times(way),
-            lands.bend.times(way),
-            lands.factor,
+    def certain(self, *contacts: int) -> bool:
+        """Whether one course follows the corners at each of these contacts."""
+        return all(len(self.corners.course(j)) == 1 for j in contacts)
+
+    def fast(self, j: int, way: int) -> list["Fast"]:
+        """The corners that may follow at a fast-slide end."""
+        found = []
+        for course in self.corners.course(j):
+            lands = course.lands[way]
+            require(
+                not course.flight.away, f"the body may move away at contact {j + 1}"
+            )
+            if course.flight.kept is not None and lands is not None:
+                shift, bend = course.shift.times(way), lands.bend.times(way)
+                found.append(Fast(1 - course.flight.kept, shift, bend, lands.factor))
+        return found
+
+    def several(
+        self, j: int, way: int, cells: range, width: int, name: str
+    ) -> Attracting:
+        """An end in which several corners may follow one. With K_jm the largest y'/y of a corner at m after one at j, the sum of all y is at
+        most S_j y, S_j ≥ 1 + max_m K_jm S_m, and each y at most y max(1, K_jm), because no round of corners enlarges it."""
+        reached: list[int] = []
+        opened, bend, factors = [j], ZERO, [[0, 0], [0, 0]]
+        while opened:
+            at = opened.pop()
+            if at in reached:
+                continue
+            reached.append(at)
+            for fast in self.fast(at, way):
+                low, high = fast.shift, fast.bend
+                bend = Interval(
+                    min(bend.lo, low.lo, high.lo), max(bend.hi, low.hi, high.hi)
+                )
+                factors[at][fast.then] = max(factors[at][fast.then], fast.factor.hi)
+                opened.append(fast.then)
+        most = [[Interval(k, k) for k in row] for row in factors]
+        sums = [ONE, ONE]
+
+        def rounds(sums: list[Interval]) -> list[Interval]:
+            return [
+                Interval(*[max((ONE + row[m] * sums[m]).hi for m in range(2))] * 2)
+                for row in most
+            ]
+
+        for _ in range(SUM_ROUNDS):
+            sums = rounds(sums)
+        sums = [total + total * Interval(UNIT >> 6, UNIT >> 6) for total in sums]
+        require(
+            all(new.hi <= old.lo for new, old in zip(rounds(sums), sums, strict=True)),
+            f"{name}: the landing speeds do not certainly have a finite sum",
         )
+        change = bend * Interval(*[sums[j].hi] * 2)
+        stretch = max(UNIT, *factors[j])
+        reach = ONE + change * Interval(0, width)
+        positive(reach, f"{name}: ξ during the slides")
+        return Attracting(cells, change, change, Interval(stretch, stretch), reached)
 
-    def in_end(self, j: int, k: int) -> tuple[int, FastEnd] | None:
+    def after_end(self, end: Attracting, way: int, cell: Cell) -> list[Image]:
+        """What follows the corners of a cell of an attracting end."""
+        corners, w = self.corners, cell.y
+        found = corners.together((ONE + w * end.limit).times(way))
+        reach = ONE + w * Interval(min(end.change.lo, 0), max(end.change.hi, 0))
+        positive(reach, "ξ during the slides")
+        wide = (Interval(w.hi, w.hi) * end.stretch / reach).hi
+        last = Cell(ONE.times(way), Interval(0, wide), None, None)
+        larger = Interval(reach.hi, reach.hi).square()
+        for j in end.leaves:
+            for course in corners.course(j):
+                k, lands = course.flight.kept, course.lands[way]
+                if k is None or (lands is not None and not lands.never):
+                    continue
+                start = last.xi + course.shift * last.y
+                require(start.sign() == way, "a slide may turn in a fast-slide end")
+                for image in corners.lift(course, k, last, start, way):
+                    if isinstance(image, str):
+                        found.append(image)
+                        continue
+                    square = image.square * larger
+                    found.append(replace(image, square=square, form=None))
+        return found
+
+    def in_end(self, j: int, k: int) -> tuple[int, End] | None:
         for way, end in self.ends[j].items():
             if end is not None and k in end.cells:
                 return way, end
@@ -137,7 +229,7 @@ class Potential:
             (way, end, min(self.values[j][k] for k in end.cells))
             for j in range(2)
             for way, end in self.ends[j].items()
-            if end is not None and end.speed is None
+            if isinstance(end, Repelling)
         ]
         for j in range(2):
             for k in range(self.count):
@@ -145,10 +237,11 @@ class Potential:
                 name = f"cell {k} of contact {self.corners.body.feet[j].name}"
                 if found is None:
                     self.step(j, self.cell(k), self.values[j][k], None, name)
-                elif (speed := found[1].speed) is not None:
-                    for image in self.corners.together(speed.times(found[0])):
+                elif isinstance(found[1], Attracting):
+                    cell = self.cell(k)
+                    for image in self.after_end(found[1], found[0], cell):
                         require(
-                            self.falls(image, None, self.values[j][k], None),
+                            self.falls(image, cell, self.values[j][k], None),
                             f"the potential of {name} is too small, or the body moves away",
                         )
                 else:
@@ -195,10 +288,8 @@ class Potential:
         for half in cell.halves():
             self.step(j, half, value, inside, name, left - 1)
 
-    def falls(
-        self, image: Image, cell: Cell | None, value: int, inside: int | None
-    ) -> bool:
-        """Whether V ≥ ln G + ε + V' for an image of a cell, or of corners with |ξ| = 1. Cells of the repelling end `inside` are left out."""
+    def falls(self, image: Image, cell: Cell, value: int, inside: int | None) -> bool:
+        """Whether V ≥ ln G + ε + V' for an image of a cell. Cells of the repelling end `inside` are left out."""
         if isinstance(image, str):
             return image == REST
         low = 0 if image.low is None else bisect_left(self.limits, image.low)
@@ -212,7 +303,7 @@ class Potential:
             most = max(values[low : high + 1])
         else:
             end = self.ends[image.contact][inside]
-            same = range(0) if end is None or end.speed is not None else end.cells
+            same = end.cells if isinstance(end, Repelling) else range(0)
             outside = [values[k] for k in range(low, high + 1) if k not in same]
             if not outside:
                 return True
@@ -220,8 +311,6 @@ class Potential:
         # G² ≤ e^(2(V − V' − ε))
         bound = exponential(2 * (value - most - DECREASE))
         factor = Interval(bound, bound)
-        if cell is None:
-            return image.square.hi <= bound
         if image.form is not None:
             xx, xy, yy = image.form
             a, b, c = factor - xx, -xy.times(2), factor - yy
@@ -246,17 +335,15 @@ class Fast:
     factor: Interval
 
 
-def fast_end(
-    one: Fast, two: Fast, width: int, name: str
-) -> tuple[Interval | None, int]:
+def fast_end(one: Fast, two: Fast, cells: range, width: int, name: str) -> End:
     """The corners with w = y/ξ ≤ width at a fast-slide end; `two` follows `one`, and `one` follows `two`.
 
     Once around, from the first corner, y is multiplied by κ = K_1K_2, and ξ grows by a y, a = B_1 + B_2K_1. So C = ξ − x y keeps its value
     there, x = a/(κ − 1), and so it does at the second corners with their own x. With C > 0, w = y/(C + x y) rises and falls with y.
 
-    κ < 1: w falls at the first corners, and both contacts slide together at C in the end. The result is C for ξ = 1.
+    κ < 1: w falls at the first corners, and both contacts slide together at C in the end, which is 1 − x w for ξ = 1.
     κ > 1: w rises until the corners leave the end. ξ = C/(1 − x w) grows on the way from first to first corners at most by 1/(1 − x width)
-    if x > 0, and otherwise not at all; then half a round may follow. The result is a bound of ln r'/r.
+    if x > 0, and otherwise not at all; then half a round may follow. This bounds ln r'/r.
     """
     wide = Interval(0, width)
     kappa = one.factor * two.factor
@@ -265,9 +352,8 @@ def fast_end(
     if kappa.hi < UNIT:
         most = one.factor * wide / (ONE + one.bend * wide)
         keeps_on(two, Interval(0, most.hi), name)
-        speed = ONE - x * wide
-        positive(speed, f"{name}: the speed of the slide of both contacts")
-        return speed, 0
+        positive(ONE - x * wide, f"{name}: the speed of the slide of both contacts")
+        return Attracting(cells, -x, ZERO, ONE, [])
     require(kappa.lo > UNIT, f"{name}: whether y grows is not certain")
     steep = Interval(max(x.hi, 0), max(x.hi, 0))
     left = ONE - steep * wide
@@ -275,7 +361,7 @@ def fast_end(
     half = (ONE + one.bend * wide).square() + (one.factor * wide).square()
     square = max((ONE + wide.square()).hi, half.hi)
     growth = Interval(square, square) / left.square()
-    return None, -(-logarithm(growth.hi) >> 1)
+    return Repelling(cells, -(-logarithm(growth.hi) >> 1))
 
 
 def keeps_on(corner: Fast, wide: Interval, name: str) -> None:

@@ -53,6 +53,30 @@ def never_lands(h: Interval, u: Interval, a: Interval) -> bool:
     return rises or (a.lo > 0 and (u.square() - (a * h).times(2)).hi < 0)
 
 
+@dataclass(frozen=True)
+class Falls:
+    """What a gap may do: it lands after the time `t` with the speed `speed`, if `t` is not None; it stays open for ever, if `never`."""
+
+    t: Interval | None
+    speed: Interval
+    never: bool
+
+
+def falls(h: Interval, u: Interval, a: Interval) -> Falls | None:
+    """The next landing of a gap h ≥ 0 with rate u and acceleration a; None if nothing bounds it.
+
+    If a > 0 and it is not certain whether it lands: it does only if u < 0 and u² ≥ 2ah, within |u|/a and with at most the speed |u|."""
+    t = landing(h, u, a)
+    if t is not None:
+        return Falls(t, fall(h, u, a), False)
+    if never_lands(h, u, a):
+        return Falls(None, ZERO, True)
+    if a.lo <= 0:
+        return None
+    speed = Interval(0, max(-u.lo, 0))
+    return Falls(Interval(0, (speed / a).hi), speed, True)
+
+
 def fall(h: Interval, u: Interval, a: Interval) -> Interval:
     """The landing speed √(u² − 2ah)."""
     return (u.square() - (a * h).times(2)).sqrt()
