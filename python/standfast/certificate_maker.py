@@ -177,6 +177,8 @@ def _data(
             }
         case "growing-cycle":
             return {"corners": [_corner(corner) for corner in evidence]}
+        case "growing-trap":
+            return {"ranges": [_range(part) for part in evidence]}
         case "accelerating-mode" if isinstance(evidence, str):
             return {"word": evidence}
         case "accelerating-mode" if "phi" in evidence:
@@ -191,6 +193,13 @@ def _data(
 def _corner(corner: Any) -> dict[str, Any]:
     """A corner: the contact that lands, and the speed of the slide of the other one over the landing speed."""
     return {"contact": corner["contact"], "slope": math.tan(corner["phi"]).hex()}
+
+
+def _range(part: Any) -> dict[str, Any]:
+    """Corners of a trap: the ends of ξ/y, and W."""
+    slope = [end if isinstance(end, str) else float(end).hex() for end in part["slope"]]
+    weight = float(part["weight"]).hex()
+    return {"contact": part["contact"], "slope": slope, "weight": weight}
 
 
 def separating(posture: Posture, contacts: Sequence[int]) -> Vectors:

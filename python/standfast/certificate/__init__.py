@@ -14,7 +14,7 @@ from typing import Any
 
 from .feet import descending_pair, neutral, no_solution, well
 from .intervals import require
-from .leaving import accelerating_mode, growing_cycle
+from .leaving import accelerating_mode, growing_cycle, growing_trap
 from .potential import corner_map
 from .rest import goyal, not_equilibrium, theorem_3, theorem_3_loose
 from .scene import Body, body_of, entry
@@ -43,6 +43,7 @@ CHECKS: dict[str, tuple[str, Callable[[Body, Any], Any]]] = {
     ),
     "corner-map": ("stable", corner_map),
     "growing-cycle": ("unstable", growing_cycle),
+    "growing-trap": ("unstable", growing_trap),
 }
 
 

@@ -1,13 +1,20 @@
 """Claims that the body moves away: a cycle of corners that grows, a corner, a motion."""
 
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from .corners import ESCAPE, REST, Cell, Corners
-from .intervals import ONE, UNIT, ZERO, Interval, dot, require
+from .corners import ESCAPE, REST, Cell, Corners, Image
+from .ends import Attracting, Ends
+from .intervals import ONE, UNIT, ZERO, Interval, dot, exponential, require
+from .potential import DECREASE, MOST_PARTS
 from .rest import word_at_rest
 from .scene import Body, direction, entry, number
 from .words import SIDES
+
+#: Halvings of a range.
+HALVINGS = 40
+
 
 #: Half-widths of the interval around a cycle, as powers of two, relative to 1 + σ².
 AROUND = (33, 27, 20)
@@ -82,6 +89,117 @@ def growing_cycle(body: Body, data: Any) -> None:
         except ValueError as error:
             problem = str(error)
     raise ValueError(problem)
+
+
+@dataclass(frozen=True)
+class Range:
+    """Corners of a trap at a contact: the ends of ξ/y (None is infinite), and W."""
+
+    contact: int
+    low: int | None
+    high: int | None
+    weight: int
+
+
+def growing_trap(body: Body, data: Any) -> None:
+    """Every image of a corner in one of the ranges is a corner in a range, or moves away for ever, and W(range) + ε ≤ ln G + W(next)."""
+    corners = Corners(body)
+    listed = entry(data, "ranges", "data")
+    require(isinstance(listed, list) and bool(listed), "data.ranges is empty")
+    ranges = [
+        range_of(body, item, f"data.ranges[{k}]") for k, item in enumerate(listed)
+    ]
+    trap = Trap(corners, ranges)
+    for k, own in enumerate(ranges):
+        trap.step(own, Cell.between(own.low, own.high), f"range {k + 1}")
+
+
+def range_of(body: Body, data: Any, name: str) -> Range:
+    [j] = body.places([entry(data, "contact", name)])
+    ends = entry(data, "slope", name)
+    require(isinstance(ends, list) and len(ends) == 2, f"{name}.slope is no pair")
+    low, high = (
+        None if end == infinite else Interval.of(Fraction(number(end, f"{name}.slope")))
+        for end, infinite in zip(ends, ("-inf", "inf"), strict=True)
+    )
+    weight = Interval.of(
+        Fraction(number(entry(data, "weight", name), f"{name}.weight"))
+    )
+    return Range(
+        j,
+        None if low is None else low.lo,
+        None if high is None else high.hi,
+        weight.hi,
+    )
+
+
+class Trap:
+    """Ranges of corners that no motion leaves."""
+
+    def __init__(self, corners: Corners, ranges: list[Range]) -> None:
+        self.corners = corners
+        self.ends = Ends(corners)
+        self.ranges = ranges
+        self.parts = 0
+
+    def step(self, own: Range, cell: Cell, name: str, left: int = HALVINGS) -> None:
+        """All images of a cell grow. A cell of which this is not certain is halved."""
+        self.parts += 1
+        require(
+            self.parts <= MOST_PARTS,
+            f"the ranges have to be cut into more than {MOST_PARTS} parts",
+        )
+        problem = ""
+        for images in (self.plain, self.in_end):
+            try:
+                found = images(own.contact, cell)
+                if found and all(
+                    self.grows(image, cell, own.weight) for image in found
+                ):
+                    return
+            except ValueError as error:
+                problem = f": {error}"
+        require(
+            left > 0,
+            f"{name} is not certainly left for a range that is larger{problem}",
+        )
+        for half in cell.halves():
+            self.step(own, half, name, left - 1)
+
+    def plain(self, j: int, cell: Cell) -> list[Image]:
+        return self.corners.images(j, cell)
+
+    def in_end(self, j: int, cell: Cell) -> list[Image]:
+        """What follows all corners of a fast slide that begins in the cell."""
+        require(cell.xi.lo == cell.xi.hi, "the cell is not near a fast-slide end")
+        way = 1 if cell.xi.lo > 0 else -1
+        end = self.ends.kind(j, way, cell.y.hi, "the fast-slide end")
+        if not isinstance(end, Attracting):
+            raise ValueError("the corners leave the fast-slide end")
+        return self.ends.after(end, way, cell)
+
+    def grows(self, image: Image, cell: Cell, weight: int) -> bool:
+        if isinstance(image, str):
+            return image == ESCAPE
+        before = (cell.xi.square() + cell.y.square()).hi
+        for other in self.ranges:
+            inside = (
+                other.contact == image.contact
+                and not below(image.low, other.low, -1)
+                and not below(other.high, image.high, 1)
+            )
+            # G² ≥ e^(2(W − W' + ε)), and e^x ≤ 1/(a lower bound of e^−x)
+            least = exponential(2 * (other.weight - weight - DECREASE))
+            if inside and image.square.lo * least >= before * UNIT:
+                return True
+        return False
+
+
+def below(one: int | None, two: int | None, infinite: int) -> bool:
+    """one < two, where None is ∞ with this sign."""
+    if one is None or two is None:
+        return one is not two and (one is None) == (infinite < 0)
+    return one < two
 
 
 def moves_away(body: Body, data: Any) -> None:

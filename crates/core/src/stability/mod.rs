@@ -220,6 +220,7 @@ pub struct TrapRange {
     /// The contact that lands.
     pub contact: ContactNumber,
     /// Limits of ξ/y = v_t,i/(α_i y): see [`Potential`].
+    #[serde(with = "crate::serial::numbers::extended_pair")]
     pub slope: [f64; 2],
     /// A number W: W ≤ ln G + W(next) − 1e-9 for all next ranges, with G = r'/r the growth to the next corner, r² = ξ² + y².
     pub weight: f64,
@@ -804,7 +805,10 @@ impl Verdict {
             Decision::Trap(trap) => {
                 let range = |cell: &TrapCell| TrapRange {
                     contact: ContactNumber::of(cell.contact),
-                    slope: cell.phi.map(libm::tan),
+                    slope: cell.phi.map(|phi| {
+                        let half = std::f64::consts::FRAC_PI_2;
+                        if phi.abs() < half { libm::tan(phi) } else { f64::INFINITY.copysign(phi) }
+                    }),
                     weight: cell.weight,
                     growth: cell.growth,
                 };

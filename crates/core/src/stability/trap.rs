@@ -80,7 +80,9 @@ impl<'m> Ends<'m> {
     /// The corners that follow those of a cell; none after motions that move away. `None` if one may come to rest or is not known.
     fn steps(&self, contact: usize, phi: [f64; 2]) -> Option<Vec<Step>> {
         let mut steps = Vec::new();
-        for image in self.images(contact, phi).iter() {
+        let images = self.images(contact, phi);
+        images.iter().next()?; // no such corner
+        for image in images.iter() {
             match *image {
                 Image::Escape => {}
                 Image::Corner { contact, xi, y, slope, .. } => {
