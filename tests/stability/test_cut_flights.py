@@ -117,10 +117,11 @@ def test_nothing_contradicts_a_verdict_at_large_restitution(record_property):
                 posture,
                 outcomes,
             )
-            # A proof of stability does not bound the number of events. Motions that still go on are slower than at their start.
+            # A proof of stability does not bound the number of events: a contact may bounce very often while the other one slides.
             metric = np.array([1, 1, posture.gyration_radius])
-            slower = np.linalg.norm(runs.qdot * metric, axis=1) < 0.1 * np.linalg.norm(first * metric, axis=1)  # fmt: skip
-            assert np.all(slower), posture
+            sizes = [np.linalg.norm(x * metric, axis=1) for x in (runs.qdot, first)]
+            bound = verdict.amplification or 1e3
+            assert np.all(sizes[0] <= bound * sizes[1]), posture
             events[outcomes["event-limit"] > 0] += 1
         elif verdict.by == "growing-trap":
             traps += check_trap(posture, verdict.evidence, rng)
