@@ -60,13 +60,16 @@ _By: TypeAlias = Literal[
     "goyal",
     "corner-map",
     "growing-cycle",
+    "growing-trap",
     "accelerating-mode",
     "no-solution",
     "well",
     "descending-pair",
     "neutral",
+    "single-support",
 ]
 _Reason: TypeAlias = Literal[
+    "boundary",
     "ambiguous",
     "degenerate",
     "jam",

@@ -142,7 +142,7 @@ def _data(
                 "q": exact(evidence["q"]),
                 "qdot": exact(evidence["qdot"]),
             }
-        case "theorem-3" | "theorem-3-loose" | "goyal":
+        case "theorem-3" | "theorem-3-loose" | "goyal" | "single-support":
             return {}
         case "well":
             return {

@@ -268,7 +268,7 @@ def verdict_table(verdict: sf.Verdict) -> str:
             )
     if verdict.delicate:
         lines.append(
-            "  delicate          a margin is so small that rounding may decide"
+            f"  delicate          it is decided with the numbers exactly as given, but not for all scenes within {verdict.width:g} of them"
         )
     return "\n".join(lines)
 

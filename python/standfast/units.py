@@ -41,7 +41,7 @@ UNITS = {
     "chatter": ("Goyal's bound holds", ""),
     "chatter_margin": ("coupling above Goyal's bound", ""),
     "energy": ("frictionless motion comes to rest", ""),
-    "delicate": ("rounding may decide", ""),
+    "delicate": ("undecided only because of the width", ""),
     "amplification": ("bound on the largest motion relative to the kick", ""),
     "fate": ("outcome of the run", ""),
     "zeno_time": ("first Zeno point", "s"),

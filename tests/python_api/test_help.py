@@ -27,8 +27,8 @@ def test_help_of_the_package_names_everything():
 @pytest.mark.parametrize(
     ("at", "reason"),
     [
-        ((-0.65, 2.8, 0.8, 0.5), "cells"),
-        ((-0.4, -0.4, 0.4, 0.8), "flight"),
+        ((-0.78, 2.6, 0.8, 0.9), "cells"),
+        ((0.08, 2.7, 0.8, 0.9), "flight"),
     ],
 )
 def test_an_undecided_verdict_says_why_and_what_to_try(at, reason):

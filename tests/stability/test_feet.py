@@ -401,7 +401,12 @@ def test_one_contact_and_none():
     foot = sf.Contact((0, 0), friction=0.5)
     assert sf.stability(sf.Posture(1, 0.5, (0.1, 1), [foot], 0)).by == "not-equilibrium"
     verdict = sf.stability(sf.Posture(1, 0.5, (0, 1), [foot], 0))
-    assert (verdict.by, verdict.reason) == (None, "degenerate")
+    assert (verdict.frictional_stability, verdict.by) == ("unstable", "single-support")
+    sf.certificate.check(verdict.certificate())
+    # The velocity moves neither the foot along its ground nor off it.
+    assert verdict.evidence == {"word": "F", "velocity": [-1.0, 0.0, 1.0]}
+    disc = sf.Posture.disc(0.1, friction=0.5)
+    assert sf.stability(disc).by == "single-support"
     high = sf.Posture(
         1, 0.5, (0, 1), [sf.Contact((0, 0.5))], 0, terrain=[(-1, 0), (1, 0)]
     )

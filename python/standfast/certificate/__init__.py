@@ -16,7 +16,13 @@ from .feet import descending_pair, neutral, no_solution, well
 from .intervals import require
 from .leaving import accelerating_mode, growing_cycle, growing_trap
 from .potential import corner_map
-from .rest import goyal, not_equilibrium, theorem_3, theorem_3_loose
+from .rest import (
+    goyal,
+    not_equilibrium,
+    single_support,
+    theorem_3,
+    theorem_3_loose,
+)
 from .scene import Body, body_of, entry
 
 #: The version of the format and of the conventions: axes, signs, names.
@@ -44,6 +50,7 @@ CHECKS: dict[str, tuple[str, Callable[[Body, Any], Any]]] = {
     "corner-map": ("stable", corner_map),
     "growing-cycle": ("unstable", growing_cycle),
     "growing-trap": ("unstable", growing_trap),
+    "single-support": ("unstable", single_support),
 }
 
 

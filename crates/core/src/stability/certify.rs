@@ -211,7 +211,8 @@ pub(crate) fn decide(map: &CornerMap) -> Decision {
         }
     }
     let cells = if levels == 0 { 0 } else { Grid::of(levels - 1).cells.len() };
-    Decision::Undecided { reason: reason.unwrap_or(WhyUndecided::Cells), cells, left }
+    let open = if map.flies_far() { WhyUndecided::Flight } else { WhyUndecided::Cells };
+    Decision::Undecided { reason: reason.unwrap_or(open), cells, left }
 }
 
 /// A potential over the cells, or the cells that prevent one.

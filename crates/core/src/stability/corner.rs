@@ -426,6 +426,11 @@ impl CornerMap {
         self.flights.contains(&Flight::Unknown)
     }
 
+    /// Returns true if the flight after some corner is not certain to its end, while much of its energy is left.
+    pub(crate) fn flies_far(&self) -> bool {
+        self.flights.iter().any(|flight| flight.energy_left() > CUT_ENERGY)
+    }
+
     /// Time from a corner at j with y = 1 to the Zeno point after it.
     pub(super) fn flight_time(&self, j: usize) -> Option<I> {
         match self.flights[j] {

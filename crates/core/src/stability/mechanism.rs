@@ -148,9 +148,8 @@ impl Verdict {
         let leaves = |answer: &&ModeAnswer| {
             answer.word.modes().any(|mode| mode != Mode::Fixed) && !answer.near_degenerate()
         };
-        let found = if self.width > 0.0 && self.equilibrium.margin.abs() <= self.clear() {
-            boundary()
-        } else if !self.equilibrium.holds {
+        let tie = self.width > 0.0 && self.equilibrium.margin.abs() <= self.clear();
+        let found = if !self.equilibrium.holds && !tie {
             self.not_in_equilibrium()
         } else if let Some(answer) = self.modes.iter().find(leaves) {
             let word = Evidence::Word(answer.word);
@@ -160,6 +159,8 @@ impl Verdict {
         {
             let evidence = Evidence::NoMotion(start);
             Finding::Decided(Stability::Unstable, Argument::NoSolution, evidence)
+        } else if tie {
+            boundary()
         } else {
             let reason = WhyUndecided::Joints;
             Finding::Undecided(Some(Evidence::Left { reason, cells: 0, left: Vec::new() }))

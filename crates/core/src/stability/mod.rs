@@ -51,6 +51,7 @@ pub use trials::{MOST_TRIALS, Trials, mechanism_trials, trials};
 
 use serde::{Deserialize, Serialize};
 
+use crate::body::contact::Contact;
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::{Error, dissipative, in_range};
@@ -127,11 +128,13 @@ pub enum Argument {
     DescendingPair,
     /// Every motion raises the centre of mass but a slide on a level, which friction ends.
     Neutral,
+    /// The body stands on one contact, and nothing resists a turn about it.
+    SingleSupport,
 }
 
 impl Argument {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::NotEquilibrium,
         Self::Theorem3,
         Self::Theorem3Loose,
@@ -144,6 +147,7 @@ impl Argument {
         Self::Well,
         Self::DescendingPair,
         Self::Neutral,
+        Self::SingleSupport,
     ];
 
     /// Its name in files.
@@ -162,6 +166,7 @@ impl Argument {
             Self::Well => "well",
             Self::DescendingPair => "descending-pair",
             Self::Neutral => "neutral",
+            Self::SingleSupport => "single-support",
         }
     }
 
@@ -198,6 +203,9 @@ impl Argument {
             }
             Self::Neutral => {
                 "every motion raises the centre of mass but a slide on a level, which friction ends"
+            }
+            Self::SingleSupport => {
+                "the body stands on one contact: nothing resists a turn about it"
             }
         }
     }
@@ -640,7 +648,12 @@ impl Verdict {
     /// The verdict on one contact, or on three and more.
     fn decide_feet(&mut self, posture: &Posture) -> Result<(), Error> {
         let margin = self.equilibrium.margin / posture.size();
-        let found = if self.width > 0.0 && margin.abs() <= self.clear() {
+        let found = if let [contact] = posture.contacts()
+            && margin >= -self.clear()
+            && !rocks(posture, contact)
+        {
+            single_support(posture, contact)
+        } else if self.width > 0.0 && margin.abs() <= self.clear() {
             boundary()
         } else if self.equilibrium.holds {
             let leaves = |answer: &&ModeAnswer| {
@@ -865,6 +878,23 @@ impl Evidence {
     }
 }
 
+/// Returns true if a body on one round contact may rock about it: its centre of mass is below the centre of the disc.
+fn rocks(posture: &Posture, contact: &Contact) -> bool {
+    let center = contact.point[1] + contact.radius * libm::cos(contact.slope);
+    contact.is_round() && posture.fields().center_of_mass[1] < center
+}
+
+/// A body on one contact, straight under its centre of mass. From any turn about the contact, however slow, it does not come back: its speed stays
+/// the same to first order.
+fn single_support(posture: &Posture, contact: &Contact) -> Finding {
+    let center = posture.fields().center_of_mass;
+    let arm = [0, 1].map(|k| contact.point[k] - center[k]);
+    let velocity = vec![arm[1], -arm[0], 1.0].unsigned_zero();
+    let word = Word::separate(1).with(0, Mode::Fixed);
+    let motion = Evidence::Motion { word, velocity };
+    Finding::Decided(Stability::Unstable, Argument::SingleSupport, motion)
+}
+
 /// Within the width, contacts hold the body in some scenes, and in others they do not.
 fn boundary() -> Finding {
     let reason = WhyUndecided::Boundary;
@@ -911,7 +941,6 @@ fn rescaled(mut cycle: Vec<CornerStep>, map: &CornerMap) -> Vec<CornerStep> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::contact::Contact;
     use crate::body::fields::PostureFields;
 
     /// Kinematic-strong, but unstable at e = 0.26; stable at e = 0.05.
