@@ -18,7 +18,7 @@ use crate::outcome::Outcome;
 use crate::simulate::Simulation;
 use crate::simulate::parallel::in_blocks;
 use crate::stability::{
-    Argument, Conditions, Equilibrium, Stability, StabilityOptions, Verdict, WhyUndecided,
+    Argument, Conditions, Details, Equilibrium, Stability, StabilityOptions, Verdict, WhyUndecided,
     conditions, judge, mechanism_stability,
 };
 use parameters::{Field, OfContact, Subject};
@@ -598,8 +598,12 @@ impl Sweep {
         };
         let asks = |test: &dyn Fn(&Quantity) -> bool| self.quantities.iter().any(test);
         let verdict = if asks(&|q| matches!(q, Quantity::Verdict(_))) {
-            let bound = asks(&|q| matches!(q, Quantity::Verdict(OfVerdict::Amplification)));
-            Some(judge(&posture, self.verdicts, bound)?)
+            let of = |field| asks(&|q| matches!(q, Quantity::Verdict(own) if *own == field));
+            let details = Details {
+                amplification: of(OfVerdict::Amplification),
+                delicate: of(OfVerdict::Delicate),
+            };
+            Some(judge(&posture, self.verdicts, details)?)
         } else {
             None
         };

@@ -260,6 +260,7 @@ impl<'g> Graph<'g> {
             .collect();
         // The growth of chains within a repelling end is in its transit.
         let mut potential = bases.clone();
+        let mut blocks = Blocks::of(&potential);
         let mut pools = [(f64::NEG_INFINITY, NONE); 2];
         // The successor of each cell on the chain that gives its potential.
         let mut next = vec![NONE; 2 * n];
@@ -270,14 +271,20 @@ impl<'g> Graph<'g> {
                     let own = self.repels(j, k);
                     let (mut value, mut to) = (bases[at(j, k)], NONE);
                     for edge in &edges[starts[at(j, k)]..starts[at(j, k) + 1]] {
-                        for cell in edge.from..=edge.to.min(n - 1) {
-                            let inside = own.is_some_and(|(right, _)| {
-                                self.repels(edge.contact, cell)
-                                    .is_some_and(|(other, _)| other == right)
-                            });
-                            let then = at(edge.contact, cell);
-                            if !inside && edge.growth + potential[then] > value {
+                        let last = edge.to.min(n - 1);
+                        let mut take = |then: usize| {
+                            if edge.growth + potential[then] > value {
                                 (value, to) = (edge.growth + potential[then], then);
+                            }
+                        };
+                        let Some((right, _)) = own else {
+                            blocks.each(at(edge.contact, edge.from), at(edge.contact, last), take);
+                            continue;
+                        };
+                        for cell in edge.from..=last {
+                            let other = self.repels(edge.contact, cell);
+                            if other.is_none_or(|(other, _)| other != right) {
+                                take(at(edge.contact, cell));
                             }
                         }
                     }
@@ -292,6 +299,7 @@ impl<'g> Graph<'g> {
                     }
                     if value > potential[at(j, k)] {
                         (potential[at(j, k)], next[at(j, k)]) = (value, to);
+                        blocks.raise(&potential, at(j, k));
                         changed = true;
                     }
                 }
@@ -307,6 +315,44 @@ impl<'g> Graph<'g> {
                     .iter()
                     .map(|cell| (cell / n, grid.cells[cell % n].phi))
                     .collect());
+            }
+        }
+    }
+}
+
+/// The cell with the highest potential in each block of cells.
+struct Blocks(Vec<usize>);
+
+impl Blocks {
+    /// Number of cells in a block.
+    const SIZE: usize = 32;
+
+    fn of(potential: &[f64]) -> Self {
+        let highest = |(block, values): (usize, &[f64])| {
+            let best = (0..values.len()).max_by(|&a, &b| values[a].total_cmp(&values[b]));
+            block * Self::SIZE + best.unwrap_or(0)
+        };
+        Self(potential.chunks(Self::SIZE).enumerate().map(highest).collect())
+    }
+
+    /// The potential of a cell has risen.
+    fn raise(&mut self, potential: &[f64], cell: usize) {
+        let highest = &mut self.0[cell / Self::SIZE];
+        if potential[cell] > potential[*highest] {
+            *highest = cell;
+        }
+    }
+
+    /// Calls `take` with cells of a range, among them one with the highest potential.
+    fn each(&self, from: usize, last: usize, mut take: impl FnMut(usize)) {
+        let mut cell = from;
+        while cell <= last {
+            if cell.is_multiple_of(Self::SIZE) && cell + Self::SIZE <= last + 1 {
+                take(self.0[cell / Self::SIZE]);
+                cell += Self::SIZE;
+            } else {
+                take(cell);
+                cell += 1;
             }
         }
     }

@@ -37,7 +37,9 @@ use crate::stability::certify::WhyUndecided;
 use crate::stability::conditions::with_contacts;
 use crate::stability::existence::{self, NoMotion, Standing};
 use crate::stability::local::{Local, Row, length};
-use crate::stability::{Argument, Evidence, Finding, Stability, StabilityOptions, Verdict, judge};
+use crate::stability::{
+    Argument, Details, Evidence, Finding, Stability, StabilityOptions, Verdict, judge,
+};
 
 type I = Interval;
 
@@ -339,7 +341,7 @@ pub(super) fn decide(
     let core: Vec<&KnownRay> = rays.iter().filter(|ray| ray.rise != Some(1)).collect();
     let mut pairs = Vec::new();
     for ray in &core {
-        pairs.push(pair_verdict(posture, ray.pair, options)?);
+        pairs.push(pair_verdict(posture, ray.pair, options, Details::NONE)?);
     }
     let descend = core.iter().all(|ray| ray.rise == Some(-1));
     let evidence = |pairs: &[Verdict]| {
@@ -383,8 +385,9 @@ fn pair_verdict(
     posture: &Posture,
     places: [usize; 2],
     options: StabilityOptions,
+    details: Details,
 ) -> Result<Verdict, Error> {
-    let mut verdict = judge(&with_contacts(posture, &places)?, options, false)?;
+    let mut verdict = judge(&with_contacts(posture, &places)?, options, details)?;
     verdict.renumber(&places);
     Ok(verdict)
 }
@@ -395,11 +398,12 @@ pub(super) fn holding_pairs(
     posture: &Posture,
     options: StabilityOptions,
 ) -> Result<Vec<Verdict>, Error> {
+    let details = Details { amplification: false, delicate: true };
     let mut found = Vec::new();
     for ray in
         rays(posture, options.width).into_iter().flatten().filter(|_| posture.contacts().len() > 2)
     {
-        let verdict = pair_verdict(posture, ray.pair, options)?;
+        let verdict = pair_verdict(posture, ray.pair, options, details)?;
         if verdict.equilibrium.holds {
             found.push(verdict);
         }

@@ -27,8 +27,8 @@ use crate::stability::existence::{NoMotion, Standing};
 use crate::stability::local::Local;
 use crate::stability::static_forces::{StaticForces, extremes};
 use crate::stability::{
-    Argument, Evidence, Finding, LOSES, Stability, StabilityOptions, Verdict, WhyUndecided,
-    boundary, holding_pairs, judge,
+    Argument, Details, Evidence, Finding, LOSES, Stability, StabilityOptions, Verdict,
+    WhyUndecided, boundary, holding_pairs, judge,
 };
 use crate::tolerance::RIGID_ROWS;
 use crate::verified::rows::{EnclosedRows, dot};
@@ -60,7 +60,7 @@ pub fn mechanism_stability(
 ) -> Result<Verdict, Error> {
     let options = options.checked()?;
     if let Some(body) = RigidBody::of(mechanism) {
-        let mut verdict = judge(&body.posture, options, true)?;
+        let mut verdict = judge(&body.posture, options, Details::ALL)?;
         body.translate(mechanism, &mut verdict);
         return Ok(verdict);
     }

@@ -426,7 +426,7 @@ pub fn stability(posture: &Posture) -> Result<Verdict, Error> {
 ///
 /// As [`stability()`], and [`Error::OutOfRange`] for a width that is out of its range.
 pub fn stability_with(posture: &Posture, options: &StabilityOptions) -> Result<Verdict, Error> {
-    judge(posture, options.checked()?, true)
+    judge(posture, options.checked()?, Details::ALL)
 }
 
 /// The verdicts on pairs of contacts that can hold the body alone, for a body on three and more contacts: one for each pair that the body
@@ -470,19 +470,31 @@ pub fn holding_pairs(posture: &Posture, options: &StabilityOptions) -> Result<Ve
 /// What a verdict needs.
 const LOSES: &str = "below 1 for a verdict: with 1 a body bounces for ever";
 
-/// As [`stability_with`]. `amplification`: whether to compute the field of this name, which may take most of the time.
+/// Fields of a verdict that may take most of the time, and are left out if no one asks for them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Details {
+    pub(crate) amplification: bool,
+    pub(crate) delicate: bool,
+}
+
+impl Details {
+    pub(crate) const ALL: Self = Self { amplification: true, delicate: true };
+    pub(crate) const NONE: Self = Self { amplification: false, delicate: false };
+}
+
+/// As [`stability_with`].
 pub(crate) fn judge(
     posture: &Posture,
     options: StabilityOptions,
-    amplification: bool,
+    details: Details,
 ) -> Result<Verdict, Error> {
     if let Some((standing, places)) = conditions::of_those_that_touch(posture)? {
-        let mut verdict = judge(&standing, options, amplification)?;
+        let mut verdict = judge(&standing, options, details)?;
         verdict.renumber(&places);
         return Ok(verdict);
     }
-    let mut verdict = judge_exactly_these(posture, options, amplification)?;
-    if verdict.by.is_none() && options.width > 0.0 {
+    let mut verdict = judge_exactly_these(posture, options, details.amplification)?;
+    if details.delicate && verdict.by.is_none() && options.width > 0.0 {
         let exact = StabilityOptions { width: 0.0, ..options };
         verdict.delicate = judge_exactly_these(posture, exact, false)?.by.is_some();
     }
