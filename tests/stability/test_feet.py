@@ -427,3 +427,17 @@ def test_the_table_shows_the_rays():
     assert "descends" in text
     assert "holds it: unstable, by growing-cycle" in text
     assert "stays" in str(sf.stability(A))
+
+
+@pytest.mark.parametrize(
+    ("width", "height", "friction"), [(0.5, 1, 0.5), (1, 1, 1), (0.3, 0.5, 0.6)]
+)
+def test_a_box_whose_slide_is_a_tie(width, height, friction):
+    """μh = w: while the box slides, its rear edge carries exactly nothing. Sliding on both edges and on one of them is the same motion."""
+    box = sf.Posture.box(width, height, friction=friction, restitution=0.3)
+    verdict = sf.stability(box)
+    assert (verdict.frictional_stability, verdict.by) == ("stable", "neutral")
+    assert not verdict.delicate
+    sf.certificate.check(verdict.certificate())
+    run = sf.simulate(box, (0, 0, 0), (0.1, 0, 0), model="local", impact="newton")
+    assert run.outcome == "rest"

@@ -160,8 +160,18 @@ def moves_on(body: Body, found: Sequence[Ray]) -> None:
 
 
 def goes_on(pair: Pair) -> None:
-    names = [foot.name for foot in pair.body.feet]
+    """A motion goes on from each slide of both contacts. With A = N M⁻¹(N − σμT)ᵀ it is a solution of a = Aλ − g ≥ 0 ⊥ λ ≥ 0, and there is one
+    for every g if both entries of the diagonal of A and its determinant are positive."""
+    body = pair.body
+    names = [foot.name for foot in body.feet]
     for way in (1, -1):
+        columns = [body.rubbing(i, pair.side(i, way)) for i in range(2)]
+        [[a, b], [c, d]] = [
+            [body.couple(foot.normal, column) for column in columns]
+            for foot in body.feet
+        ]
+        if min(a.lo, d.lo, (a * d - b * c).lo) > 0:
+            continue
         require(
             bool(pair.continuations(way)),
             f"contacts {names} jam while both slide ({pair.word(way)})",

@@ -394,13 +394,24 @@ impl Local {
         }
     }
 
+    /// The sign of v_t of contact i while both contacts slide with this sign of s.
+    fn way(&self, i: usize, side: f64) -> f64 {
+        if self.alpha[i].is_positive() { side } else { -side }
+    }
+
+    /// N M⁻¹ (N − σμT)ᵀ while both contacts slide with this sign of s.
+    fn sliding(&self, side: f64) -> [[I; 2]; 2] {
+        [0, 1].map(|i| {
+            [0, 1].map(|j| self.nn[i][j] - self.mu[j].times(self.way(j, side)) * self.tn[j][i])
+        })
+    }
+
     /// The modes that may continue a motion in which both contacts slide with this sign of s: both stay on the terrain, or one of them, or
     /// none. `Some(mode)` if it is consistent, `None` if the intervals do not decide; modes that certainly fail are left out.
     fn continuations(&self, side: f64) -> SmallVec<[Option<BothSlide>; 4]> {
-        let sign = |i: usize| if self.alpha[i].is_positive() { side } else { -side };
+        let sign = |i: usize| self.way(i, side);
         let rub = [0, 1].map(|i| self.mu[i].times(sign(i)));
-        let stiffness = |i: usize, j: usize| self.nn[i][j] - rub[j] * self.tn[j][i];
-        let matrix = [[stiffness(0, 0), stiffness(0, 1)], [stiffness(1, 0), stiffness(1, 1)]];
+        let matrix = self.sliding(side);
         let force = solve(matrix, self.g);
         let mut found = SmallVec::new();
         let closed = force.map(I::sign);
@@ -422,7 +433,7 @@ impl Local {
                     Some(-1) => {}
                     _ => found.push(None),
                 },
-                None => match (self.g[k].sign(), stiffness(k, k).sign()) {
+                None => match (self.g[k].sign(), matrix[k][k].sign()) {
                     (Some(1), Some(-1)) | (Some(-1), Some(1)) => {} // a negative normal force
                     _ => found.push(None),
                 },
@@ -505,7 +516,15 @@ impl Local {
     }
 
     /// Whether a mode continues a motion in which both contacts slide with this sign of s; `None` if the intervals do not decide.
+    ///
+    /// The modes are the solutions of the complementarity problem a = A λ − g ≥ 0 ⊥ λ ≥ 0 with A = N M⁻¹(N − σμT)ᵀ. If both entries of the
+    /// diagonal of A and its determinant are positive, it has exactly one solution for every g. So a motion exists also at a tie, where one
+    /// contact carries nothing, and sliding and lifting off are the same motion.
     pub(super) fn goes_on(&self, side: f64) -> Option<bool> {
+        let [[a, b], [c, d]] = self.sliding(side);
+        if a.is_positive() && d.is_positive() && (a * d - b * c).is_positive() {
+            return Some(true);
+        }
         let found = self.continuations(side);
         if found.iter().any(Option::is_some) {
             return Some(true);
