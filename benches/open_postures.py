@@ -19,7 +19,7 @@ POINTS = 120
 #: Largest |x| of an equilibrium, in m.
 BORDER = 289 / 300
 RADII = (0.8, 0.4)
-RESTITUTIONS = (0.0, 0.1, 0.3, 0.5, 0.8)
+RESTITUTIONS = (0.0, 0.1, 0.3, 0.5, 0.7, 0.8, 0.9)
 HEAD = (
     "ρ",
     "e",
