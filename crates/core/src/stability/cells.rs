@@ -199,6 +199,10 @@ impl<'g> Graph<'g> {
                     match *image {
                         Image::Rest => {}
                         Image::Corner { contact, slope, most, .. } => {
+                            if !(most < f64::INFINITY) {
+                                left.push((j, cell.phi));
+                                continue;
+                            }
                             let (from, to) = grid.range(slope);
                             let growth = libm::log(most.max(f64::MIN_POSITIVE)) + STRICT_DECREASE;
                             graph.edges.push(Edge { contact, from, to, growth });

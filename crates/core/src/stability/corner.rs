@@ -148,7 +148,9 @@ impl Form {
         let peak = rises(a) >= -slack && rises(b) <= slack;
         let most =
             if peak { mean + (even * even + odd * odd).sqrt() } else { value(a).max(value(b)) };
-        most + off + 16.0 * f64::EPSILON * size
+        let most = most + off + 16.0 * f64::EPSILON * size;
+        // Infinite coefficients bound nothing.
+        if most.is_nan() { f64::INFINITY } else { most }
     }
 }
 
