@@ -12,9 +12,8 @@ use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
 use standfast::body::{Chain, ChainFields, Foot, Joint, Link, Mechanism};
-use standfast::options::Jams;
 use standfast::simulate::simulate_mechanism;
-use standfast::stability::{WhyUndecided, mechanism_stability};
+use standfast::stability::{StabilityOptions, WhyUndecided, mechanism_stability};
 use standfast::{
     Contact, Impact, Model, Options, Outcome, Posture, PostureFields, State, simulate, stability,
 };
@@ -123,13 +122,13 @@ fn runs(c: &mut Criterion) {
     assert_eq!(ended.outcome(), Outcome::Rest);
     group.bench_function("run/biped", |b| b.iter(run));
 
-    let verdict = || mechanism_stability(black_box(&biped), Jams::None);
+    let verdict = || mechanism_stability(black_box(&biped), &StabilityOptions::default());
     let found = verdict().unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(found.reason(), Some(WhyUndecided::Joints));
     group.bench_function("stability/biped", |b| b.iter(verdict));
     group.bench_function("stability/posture", |b| b.iter(|| stability(black_box(&posture))));
     group.bench_function("stability/mechanism", |b| {
-        b.iter(|| mechanism_stability(black_box(&mechanism), Jams::None));
+        b.iter(|| mechanism_stability(black_box(&mechanism), &StabilityOptions::default()));
     });
     group.finish();
 }

@@ -25,9 +25,9 @@ from feet import draw_feet
 from feet import rays as all_rays
 from standfast.certificate import intervals as numbers
 from standfast.certificate.corners import Cell, Corners
+from standfast.certificate.ends import Attracting, Fast, Repelling, fast_end
 from standfast.certificate.feet import rays
 from standfast.certificate.flights import Flights
-from standfast.certificate.ends import Attracting, Fast, Repelling, fast_end
 from standfast.certificate.scene import body_of
 from standfast.certificate_maker import scene
 from standfast.cli import main

@@ -65,7 +65,7 @@ pub(crate) struct PySweep {
 #[pymethods]
 impl PySweep {
     #[new]
-    #[pyo3(signature = (posture, over, quantities, q=None, qdot=None, options=None, jams=None, hold=false, width=DEFAULT_WIDTH))]
+    #[pyo3(signature = (posture, over, quantities, q=None, qdot=None, options=None, jams=None, hold=false, width=DEFAULT_WIDTH), text_signature = "(posture, over, quantities, q=None, qdot=None, options=None, jams=None, hold=False, width=1e-12)")]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
     fn new(
         posture: &Bound<'_, PyAny>,
