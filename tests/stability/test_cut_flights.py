@@ -211,6 +211,27 @@ def test_a_wider_width_decides_less_and_never_the_opposite():
     assert counts[0] >= counts[3]
 
 
+def test_the_growth_shown_is_proved():
+    """The mean growth of a cycle is a lower bound: with a wider width it is smaller, and it agrees with that of the exact numbers."""
+    found = 0
+    for x in np.linspace(-0.9, 0.9, 13):
+        for restitution in (0.5, 0.7):
+            posture = paper_vee(x, 2.9, 0.8, restitution)
+            exact = sf.stability(posture, width=0)
+            if exact.by != "growing-cycle":
+                continue
+            totals = [
+                np.mean([corner["growth"] for corner in verdict.evidence])
+                for verdict in (sf.stability(posture, width=1e-9), sf.stability(posture), exact)
+                if verdict.by == "growing-cycle"
+            ]  # fmt: skip
+            assert totals == sorted(totals), posture
+            assert 0 < totals[0]
+            assert totals[0] == pytest.approx(totals[-1], abs=1e-3)
+            found += 1
+    assert found >= 5
+
+
 @pytest.mark.parametrize("width", [-1e-3, 0.2, math.nan, math.inf])
 def test_a_width_out_of_its_range_is_refused(width):
     posture = draw(np.random.default_rng(1))

@@ -208,7 +208,9 @@ impl PyVerdict {
     /// {"kinematic_margin", "coupling_margin"}, with the bound of the argument on ψ. For "corner-map" {"limits", "potential", "ends"}:
     /// limits between cells of the ratio ξ/y, a potential for each contact that lands and each cell, and the ratios below and
     /// above which V holds from entry to exit, not from corner to corner (see the theory page). For "growing-cycle" its corners
-    /// (contact, phi, growth). For "accelerating-mode" how the body moves away: a word at rest, a corner, or a motion {"word",
+    /// (contact, phi, growth); the sum of their growths is a lower bound that is proved. For "growing-trap" its ranges (contact, slope, weight,
+    /// growth): the limits of ξ/y, W ≤ growth + W(next), and a proved lower bound of ln r'/r. For "single-support" a motion {"word", "velocity"}: a turn
+    /// about the contact. For "accelerating-mode" how the body moves away: a word at rest, a corner, or a motion {"word",
     /// "velocity"} that starts at q = 0 with this velocity. For "no-solution" {"contacts", "slides", "stiffness", "q", "qdot"}: a start in the
     /// local model at which these contacts slide ("R", "L"), no word is consistent and no impact is due; the same holds with qdot times f and q
     /// times f², 0 < f < 1. For "well" {"width", "rays"}: w as in `radius`, and the directions (x, y, θ), of length 1 in √(x² + y² + ρ²θ²), in

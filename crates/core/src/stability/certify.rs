@@ -37,7 +37,7 @@ pub(crate) struct Corner {
     pub(crate) contact: usize,
     /// φ = atan(ξ/y)
     pub(crate) phi: f64,
-    /// ln r'/r to the next corner, r² = ξ² + y².
+    /// ln r'/r to the next corner, r² = ξ² + y². In a growing cycle that is proved: a lower bound, or so that their sum is one.
     pub(crate) growth: f64,
 }
 
@@ -254,7 +254,8 @@ fn fast_slide_grows(map: &CornerMap) -> Option<Decision> {
             let growth = libm::log(cycle[0].k.middle())
                 + 0.5 * libm::log((1.0 + two * two) / (1.0 + one * one));
             let first = Corner { contact: j, phi: libm::atan(one), growth };
-            let growth = libm::log(kappa.middle()) - growth;
+            // The sum of both growths is proved.
+            let growth = kappa.ln().lo - growth;
             let second = Corner { contact: other, phi: libm::atan(two), growth };
             return Some(Decision::Grows(vec![first, second]));
         }
@@ -323,24 +324,27 @@ fn back(map: &CornerMap, way: &[Corner]) -> Option<Option<Decision>> {
     })?;
     let cycle = &way[last + 1 - period..];
     let growth: f64 = cycle.iter().map(|corner| corner.growth).sum();
-    let grows = growth > 0.0 && verified(map, cycle);
-    Some(grows.then(|| Decision::Grows(cycle.to_vec())))
+    let proved = if growth > 0.0 { verified(map, cycle) } else { None };
+    Some(proved.map(|growths| {
+        let with = |(corner, growth): (&Corner, f64)| Corner { growth, ..*corner };
+        Decision::Grows(cycle.iter().zip(growths).map(with).collect())
+    }))
 }
 
-/// Returns true if a growing cycle exists close to this one. It does if the angle of the image less the angle itself has opposite signs at
-/// the two ends of an interval of angles around the first corner.
-fn verified(map: &CornerMap, cycle: &[Corner]) -> bool {
+/// Lower bounds of the growths at the corners of a cycle close to this one, if that exists and certainly grows. It exists if the angle of the
+/// image less the angle itself has opposite signs at the two ends of an interval of angles around the first corner.
+fn verified(map: &CornerMap, cycle: &[Corner]) -> Option<Vec<f64>> {
     // Starts at a corner with ξ = 0 exactly, if there is one: its cell is a point.
     let first = cycle.iter().position(|corner| corner.phi == 0.0).unwrap_or(0);
     let Corner { contact, phi, .. } = cycle[first];
-    let turn = |phi: I| -> Option<(I, I)> {
-        let (mut j, mut growth, mut phi) = (contact, I::ZERO, phi);
+    let turn = |phi: I| -> Option<(I, Vec<f64>)> {
+        let (mut j, mut growths, mut phi) = (contact, Vec::with_capacity(cycle.len()), phi);
         for _ in cycle {
             let images = map.images(j, &Cell::new(phi.lo, phi.hi));
             let Some(Image::Corner { contact, xi, y, slope, .. }) = only(&images) else {
                 return None;
             };
-            growth = growth + size(xi, y);
+            growths.push(size(xi, y).lo);
             phi = if slope == I::ZERO {
                 I::ZERO
             } else {
@@ -351,23 +355,32 @@ fn verified(map: &CornerMap, cycle: &[Corner]) -> bool {
             };
             j = contact;
         }
-        (j == contact).then_some((phi, growth))
+        (j == contact).then_some((phi, growths))
+    };
+    let grows = |growths: &[f64]| {
+        growths.iter().fold(I::ZERO, |sum, growth| sum + I::from(*growth)).lo > 0.0
+    };
+    // In the order of the cycle that is given.
+    let in_order = |mut growths: Vec<f64>| {
+        growths.rotate_right(first);
+        growths
     };
     if phi == 0.0 {
-        return turn(I::ZERO).is_some_and(|(angle, growth)| angle == I::ZERO && growth.lo > 0.0);
+        let (angle, growths) = turn(I::ZERO)?;
+        return (angle == I::ZERO && grows(&growths)).then(|| in_order(growths));
     }
-    AROUND.iter().any(|&half| {
+    AROUND.iter().find_map(|&half| {
         let around = I::new(phi - half, phi + half);
-        let Some((_, growth)) = turn(around) else { return false };
-        if growth.lo <= 0.0 {
-            return false;
+        let (_, growths) = turn(around)?;
+        if !grows(&growths) {
+            return None;
         }
         // With exactly one image over the interval the map is continuous, so image less angle has a zero.
         let side =
             |end: f64| turn(I::from(end)).and_then(|(image, _)| (image - I::from(end)).sign());
         match (side(around.lo), side(around.hi)) {
-            (Some(low), Some(high)) => low * high < 0,
-            _ => false,
+            (Some(low), Some(high)) if low * high < 0 => Some(in_order(growths)),
+            _ => None,
         }
     })
 }

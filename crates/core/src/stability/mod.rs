@@ -218,7 +218,7 @@ pub struct CornerStep {
     pub contact: ContactNumber,
     /// φ, in rad. The landing speed is −u_j = r cos φ, and the other contact slides at v_t,i = r sin φ.
     pub phi: f64,
-    /// ln r′/r to the next corner.
+    /// ln r′/r to the next corner. The sum over a growing cycle is a lower bound that is proved.
     pub growth: f64,
 }
 
