@@ -293,7 +293,8 @@ impl Local {
         (repels && (0..2).any(drifts)).then_some(FlightsEnd::Drift)
     }
 
-    /// The energy of frictionless motions; `None` unless it certainly bounds them (λ > 0).
+    /// The energy of frictionless motions; `None` unless it certainly bounds them (λ > 0), and gravity presses both contacts down, which bounds
+    /// their duration.
     pub(super) fn energy(&self) -> Option<Energy> {
         let weights = self.weights();
         let det = self.determinant();
@@ -306,7 +307,8 @@ impl Local {
                 I::ZERO
             }
         };
-        weights.iter().all(|weight| weight.is_positive()).then(|| Energy {
+        let bounds = weights.iter().chain(&self.g).all(|x| x.is_positive());
+        bounds.then(|| Energy {
             inverse: [[c / det, -b / det], [-b / det, a / det]],
             weights,
             lost: [lost(0), lost(1)],
