@@ -256,16 +256,19 @@ def verdict_table(verdict: sf.Verdict) -> str:
         others = "".join(
             f", {count} {name}" for name, count in trials["others"].items()
         )
-        unfelt = 0 if verdict.mechanism is None else _unfelt(verdict.mechanism)
+        unfelt = verdict.free_motion
         rest = "ended with all contacts at rest" if unfelt else "came to rest"
         lines.append(
             f"  trials            {counted(trials['kicks'], 'random small kick')} (seed {trials['seed']}): {trials['rest']} {rest}"
             f"{others}; evidence, no proof"
         )
         if unfelt:
-            lines.append(
-                f"    {counted(unfelt, 'motion')} of the joints that no contact feels would go on for ever: not kicked"
-            )
+            lines.append("    the motions that no contact feels are not kicked")
+    if verdict.free_motion:
+        lines.append(
+            f"  free motion       {counted(verdict.free_motion, 'motion')} of the joints that no contact feels: after a kick it goes on for ever"
+            "; the verdict is about the contacts only"
+        )
     if verdict.delicate:
         lines.append(
             f"  delicate          it is decided with the numbers exactly as given, but not for all scenes within {verdict.width:g} of them"
@@ -310,12 +313,6 @@ def _of_posture(verdict: sf.Verdict, posture: sf.Posture) -> list[str]:
         where += f", friction margin {spare:.3g}"
     lines.append(f"  equilibrium       {_yes(verdict.equilibrium)}: {where}")
     return lines
-
-
-def _unfelt(mechanism: sf.Mechanism) -> int:
-    """The number of independent motions of joints that no contact feels; a body of three coordinates is kicked in all of them."""
-    free = mechanism.dof - len(mechanism.locked)
-    return free - mechanism.contact_space.rank if free > BASE else 0
 
 
 def _of_mechanism(verdict: sf.Verdict, mechanism: sf.Mechanism) -> list[str]:

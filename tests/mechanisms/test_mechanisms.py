@@ -60,7 +60,12 @@ def test_the_table_says_what_the_joints_change():
 
 def test_trials_say_that_motions_no_contact_feels_go_on():
     scene = sf.MechanismScene.load(EXAMPLE)
-    text = str(sf.stability(scene.mechanism, trials=5))
+    verdict = sf.stability(scene.mechanism, trials=5)
+    space = scene.mechanism.contact_space
+    free = scene.mechanism.dof - len(scene.mechanism.locked)
+    assert verdict.free_motion == free - space.rank == 1
+    assert sf.stability(jointed()).free_motion == 0
+    text = str(verdict)
     assert "5 ended with all contacts at rest" in text
     assert "1 motion of the joints that no contact feels" in text
     assert "came to rest" in str(sf.stability(jointed(), trials=5))

@@ -252,6 +252,13 @@ impl PyVerdict {
         Ok(found.into_iter().map(|verdict| Self { on: self.on.clone(), verdict }).collect())
     }
 
+    /// The number of independent motions that no contact feels, of a mechanism with more than three coordinates that are not locked: after a kick
+    /// they go on for ever, whatever the contacts do. A verdict on such a mechanism is about its contacts only. 0 for a body.
+    #[getter]
+    fn free_motion(&self) -> usize {
+        self.verdict.free_motion
+    }
+
     /// The laws of impact for which the verdict is proved, by their names in `simulate`.
     #[getter]
     fn laws(&self) -> Vec<String> {

@@ -78,6 +78,10 @@ pub fn mechanism_stability(
 fn judge_rows(mechanism: &Mechanism, options: StabilityOptions) -> Result<Verdict, Error> {
     let count = mechanism.contacts().len();
     let mut verdict = Verdict::open(count, equilibrium(mechanism), options);
+    let space = mechanism.contact_space();
+    if space.free().len() > 3 {
+        verdict.free_motion = space.free().len() - space.rank();
+    }
     let problem = MechanismProblem::at_rest(mechanism);
     let modes = contact_modes(&problem, Method::Auto)?;
     let three = mechanism.contact_space().free().len() == 3;

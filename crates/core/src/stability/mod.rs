@@ -380,6 +380,10 @@ pub struct Verdict {
     pub flight: Option<FlightsEnd>,
     /// The well in which the body stands, if it does: see [`Well::radius`].
     pub well: Option<Well>,
+    /// Number of independent motions that no contact feels, of a mechanism with more than three coordinates that are not locked: after a kick
+    /// they go on for ever, whatever the contacts do. A verdict on such a mechanism is about its contacts only.
+    #[serde(default)]
+    pub free_motion: usize,
     /// The laws of impact for which the verdict is proved.
     pub laws: Vec<Impact>,
     /// Whether the verdict is undecided only because of the width: with the numbers exactly as given it is decided.
@@ -568,6 +572,7 @@ impl Verdict {
             energy: None,
             flight: None,
             well: None,
+            free_motion: 0,
             laws: vec![Impact::Newton],
             jams: options.jams,
             width: options.width,
