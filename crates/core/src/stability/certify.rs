@@ -190,7 +190,12 @@ pub(crate) fn decide(map: &CornerMap) -> Decision {
         None
     };
     // The coarse grid is cheaper than any orbit.
-    let levels = if reason.is_some() { 0 } else { CELLS.len() };
+    // Where a flight is cut early its images are wide, and the finest cells hardly decide more.
+    let levels = match reason {
+        Some(_) => 0,
+        None if map.flies_far() => CELLS.len() - 1,
+        None => CELLS.len(),
+    };
     let mut left = Vec::new();
     for level in 0..levels.max(1) {
         if level < levels {
@@ -204,7 +209,9 @@ pub(crate) fn decide(map: &CornerMap) -> Decision {
         {
             return found;
         }
+        // Where a contact jams, a start without a motion decides.
         if level == 0
+            && reason != Some(WhyUndecided::Jam)
             && let Some(trap) = trap::find(map)
         {
             return Decision::Trap(trap);
