@@ -107,7 +107,7 @@ pub enum OfVerdict {
     Energy,
     /// Whether the body stands in a well: `well` is not `None`.
     Stays,
-    /// `delicate`: rounding errors may decide.
+    /// `delicate`: undecided only because of the width of the numbers.
     Delicate,
     /// `amplification`: the bound of the growth of a motion after a kick; NaN where there is none.
     Amplification,

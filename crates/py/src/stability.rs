@@ -167,7 +167,7 @@ impl PyVerdict {
         self.verdict.frictional_stability.as_str()
     }
 
-    /// The argument: "not-equilibrium", "theorem-3", "theorem-3-loose", "goyal", "corner-map", "growing-cycle",
+    /// The argument: "not-equilibrium", "theorem-3", "theorem-3-loose", "goyal", "corner-map", "growing-cycle", "growing-trap", "single-support",
     /// "accelerating-mode", "no-solution", "well", "descending-pair", "neutral", or None.
     #[getter]
     fn by(&self) -> Option<&str> {
@@ -186,7 +186,7 @@ impl PyVerdict {
         self.verdict.width
     }
 
-    /// Why the verdict is "undecided", in one word: "ambiguous" (several words are consistent at rest), "jam" (a contact that
+    /// Why the verdict is "undecided", in one word: "boundary" (on the border of the equilibria, up to the width), "ambiguous" (several words are consistent at rest), "jam" (a contact that
     /// slides jams, or may jam: no word is consistent), "modes" (after a slide or a landing several words are consistent, or rounding decides), "energy"
     /// (frictionless motion need not come to rest: neither energy nor drift), "flight" (the impacts after a corner cannot be followed to their end with
     /// certainty), "cells" (some directions of motion remain open), "degenerate" (the contacts depend on each other, or nearly so, or
@@ -265,7 +265,7 @@ impl PyVerdict {
         self.verdict.laws.iter().map(word).collect()
     }
 
-    /// Whether rounding may decide: a margin of the argument is below 1e-10.
+    /// Whether the verdict is undecided only because of its width: with the numbers exactly as given it is decided.
     #[getter]
     fn delicate(&self) -> bool {
         self.verdict.delicate
