@@ -30,6 +30,9 @@ const LONGEST_CYCLE: usize = 24;
 /// Half-widths of the intervals of φ around a cycle, tried in turn.
 const AROUND: [f64; 3] = [1e-10, 1e-8, 1e-6];
 
+/// Number of times that an interval around a cycle is replaced by the part of it in which its image lies, too.
+const NARROWINGS: usize = 16;
+
 /// A corner of a cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Corner {
@@ -386,9 +389,16 @@ fn verified(map: &CornerMap, cycle: &[Corner]) -> Option<Vec<f64>> {
         let side =
             |end: f64| turn(I::from(end)).and_then(|(image, _)| (image - I::from(end)).sign());
         match (side(around.lo), side(around.hi)) {
-            (Some(low), Some(high)) if low * high < 0 => Some(in_order(growths)),
-            _ => None,
+            (Some(low), Some(high)) if low * high < 0 => {}
+            _ => return None,
         }
+        // The angle of the cycle is in its own image. If the cycle attracts, this narrows the interval.
+        let mut inside = around;
+        for _ in 0..NARROWINGS {
+            let (image, _) = turn(inside)?;
+            inside = I::new(image.lo.max(inside.lo), image.hi.min(inside.hi));
+        }
+        Some(in_order(turn(inside)?.1))
     })
 }
 
