@@ -248,6 +248,13 @@ def test_the_growth_shown_is_proved():
     assert found >= 5
 
 
+def test_without_friction_a_larger_width_is_not_called_a_border():
+    """The centre of mass is in the middle; that forces hold the rod is a closed form, which counts with the default width only."""
+    rod = sf.Posture.rod(0.5, gyration_radius=0.2, restitution=0.1)
+    assert sf.stability(rod, width=1e-3).reason == "degenerate"
+    assert sf.stability(rod).equilibrium
+
+
 @pytest.mark.parametrize("width", [-1e-3, 0.2, math.nan, math.inf])
 def test_a_width_out_of_its_range_is_refused(width):
     posture = draw(np.random.default_rng(1))

@@ -407,6 +407,8 @@ def test_one_contact_and_none():
     sf.certificate.check(verdict.certificate())
     # The velocity moves neither the foot along its ground nor off it.
     assert verdict.evidence == {"word": "F", "velocity": [-1.0, 0.0, 1.0]}
+    hangs = sf.Posture(1, 0.5, (0, -1), [foot], 0)
+    assert sf.stability(hangs).frictional_stability == "undecided"
     disc = sf.Posture.disc(0.1, friction=0.5)
     assert sf.stability(disc).by == "single-support"
     high = sf.Posture(

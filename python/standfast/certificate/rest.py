@@ -126,7 +126,10 @@ def goyal(body: Body, data: Any) -> None:
 
 def single_support(body: Body, _data: Any) -> None:
     """One contact does not hold a body against a turn about it. With its arm (x, y), the velocity (−y, x, −1) moves neither the contact along its
-    ground nor off it. If the centre of mass is straight above or below the contact, this motion neither rises nor falls to first order, and
+    ground nor off it. If the centre of mass is straight above the contact, this motion neither rises nor falls to first order, and
     goes on for ever; otherwise no forces of one contact are an equilibrium, because their moment about the contact is zero and that of gravity is
     not."""
     require(len(body.feet) == 1, "the body does not stand on one contact")
+    require(
+        body.feet[0].point[1] < body.center[1], "the body may hang from its contact"
+    )

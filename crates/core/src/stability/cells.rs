@@ -108,8 +108,9 @@ pub(super) struct Attraction {
     /// All |ξ| that follow, and the largest w that follows, for all corners of the end.
     pub(super) speed: I,
     pub(super) wide: f64,
-    /// |ξ| is in the end 1 + `limit` w, and until then 1 + w times a number between 0 and `change`.
+    /// |ξ| is in the end 1 + `limit` w.
     limit: I,
+    /// If corners may leave the end, |ξ| is until then 1 + w times a number between 0 and this.
     change: I,
     /// Bound of the increase of w y/|ξ| from the first corner on, without that of |ξ|.
     stretch: f64,

@@ -38,7 +38,7 @@ use crate::stability::conditions::with_contacts;
 use crate::stability::existence::{self, NoMotion, Standing};
 use crate::stability::local::{Local, Row, length};
 use crate::stability::{
-    Argument, Details, Evidence, Finding, Stability, StabilityOptions, Verdict, judge,
+    Argument, Details, Evidence, Finding, Stability, StabilityOptions, Verdict, judge, undecided,
 };
 
 type I = Interval;
@@ -286,8 +286,7 @@ pub(super) fn decide(
     options: StabilityOptions,
     moves_away: impl FnOnce() -> Result<Option<Word>, Error>,
 ) -> Result<(Finding, Option<Well>), Error> {
-    let open =
-        |reason| Finding::Undecided(Some(Evidence::Left { reason, cells: 0, left: Vec::new() }));
+    let open = undecided;
     let f = posture.fields();
     let rho2 = I::from(f.gyration_radius).square();
     if let Some(found) = neutral(posture, options) {

@@ -204,12 +204,7 @@ impl Local {
 
     /// The constants of a mechanism with three coordinates that are not locked, on two contacts.
     pub(crate) fn of_mechanism(mechanism: &Mechanism, width: f64) -> Option<Self> {
-        let mut rows = EnclosedRows::<I>::of(mechanism)?;
-        let all = rows.normals.iter_mut().chain(&mut rows.tangents).chain([&mut rows.pull]);
-        for row in all {
-            let length = dot(row, row).sqrt().hi;
-            row.iter_mut().for_each(|part| *part = part.widened(width * length));
-        }
+        let rows = EnclosedRows::<I>::of(mechanism)?.widened(width);
         let wide = |x: f64| I::from(x).widened(width * x);
         let three = |row: &[I]| <[I; 3]>::try_from(row).ok();
         let [one, two] = &rows.normals[..] else { return None };

@@ -28,7 +28,7 @@ use crate::stability::local::Local;
 use crate::stability::static_forces::{StaticForces, extremes};
 use crate::stability::{
     Argument, Details, Evidence, Finding, LOSES, Stability, StabilityOptions, Verdict,
-    WhyUndecided, boundary, holding_pairs, judge,
+    WhyUndecided, holding_pairs, judge, undecided,
 };
 use crate::tolerance::RIGID_ROWS;
 use crate::verified::rows::{EnclosedRows, dot};
@@ -140,7 +140,7 @@ impl Verdict {
         let found = conditions::of_words(&pair, self.equilibrium.holds, &self.modes);
         let local = Local::of_mechanism(mechanism, self.width);
         let holds = self.holds(local.as_ref(), self.equilibrium.margin);
-        let map = local.filter(|_| holds == Some(true)).map(|l| CornerMap::of(l, self.jams));
+        let map = local.filter(|_| holds == Ok(true)).map(|l| CornerMap::of(l, self.jams));
         let standing = Standing::Mechanism(mechanism);
         let decided = self.judge_pair(found, map.as_ref(), holds, standing, || None);
         self.take_pair(decided, found, map.as_ref(), true);
@@ -155,19 +155,20 @@ impl Verdict {
         let tie = self.width > 0.0 && self.equilibrium.margin.abs() <= self.clear();
         let found = if !self.equilibrium.holds && !tie {
             self.not_in_equilibrium()
-        } else if let Some(answer) = self.modes.iter().find(leaves) {
+        } else if let Some(answer) =
+            self.modes.iter().find(leaves).filter(|_| self.uses_closed_forms())
+        {
             let word = Evidence::Word(answer.word);
             Finding::Decided(Stability::Unstable, Argument::AcceleratingMode, word)
         } else if self.jams == Jams::None
-            && let Some(start) = no_motion(mechanism)
+            && let Some(start) = no_motion(mechanism, self.width)
         {
             let evidence = Evidence::NoMotion(start);
             Finding::Decided(Stability::Unstable, Argument::NoSolution, evidence)
         } else if tie {
-            boundary()
+            undecided(WhyUndecided::Boundary)
         } else {
-            let reason = WhyUndecided::Joints;
-            Finding::Undecided(Some(Evidence::Left { reason, cells: 0, left: Vec::new() }))
+            undecided(WhyUndecided::Joints)
         };
         self.take(found);
     }
@@ -258,10 +259,13 @@ pub fn mechanism_forces(mechanism: &Mechanism) -> Option<StaticForces> {
 
 /// A start from which no motion exists, for any number of coordinates: one contact that slides jams while all others are in the air, or both of
 /// two contacts.
-fn no_motion(mechanism: &Mechanism) -> Option<NoMotion> {
-    let rows = EnclosedRows::<I>::of(mechanism)?;
+fn no_motion(mechanism: &Mechanism, width: f64) -> Option<NoMotion> {
+    let rows = EnclosedRows::<I>::of(mechanism)?.widened(width);
     let count = mechanism.contacts().len();
-    let friction = |i: usize| I::from(mechanism.contacts()[i].friction);
+    let friction = |i: usize| {
+        let friction = mechanism.contacts()[i].friction;
+        I::from(friction).widened(width * friction)
+    };
     // N_i M⁻¹ (N_j − σ_j μ_j T_j)ᵀ
     let stiffness = |i: usize, j: usize, side: f64| {
         let n = &rows.normals[i];

@@ -327,7 +327,8 @@ pub const DEFAULT_WIDTH: f64 = 1e-12;
 /// The largest width.
 const LARGEST_WIDTH: f64 = 0.1;
 
-/// Bound of the change of a dimensionless margin of a closed form by the width, divided by the width.
+/// The change of a dimensionless margin of a closed form by the width, divided by the width, is taken to be at most this number. It is larger only
+/// where contacts nearly depend on each other.
 const CONDITION: f64 = 100.0;
 
 impl Default for StabilityOptions {
@@ -671,19 +672,19 @@ impl Verdict {
         {
             single_support(posture, contact)
         } else if self.width > 0.0 && margin.abs() <= self.clear() {
-            boundary()
+            undecided(WhyUndecided::Boundary)
         } else if self.equilibrium.holds {
             let leaves = |answer: &&ModeAnswer| {
                 answer.consistent && moves(answer.word) && !answer.near_degenerate()
             };
-            let options = self.options();
+            let (options, closed) = (self.options(), self.uses_closed_forms());
             let modes = &mut self.modes;
             let (found, well) = feet::decide(posture, options, || {
                 let problem =
                     ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
                 let answers = contact_modes(&problem, Method::Auto)?;
                 *modes = answers.answers().iter().filter(|a| a.consistent).cloned().collect();
-                Ok(modes.iter().find(leaves).map(|answer| answer.word))
+                Ok(modes.iter().find(leaves).filter(|_| closed).map(|answer| answer.word))
             })?;
             self.well = well;
             found
@@ -706,7 +707,7 @@ impl Verdict {
         let found = conditions::of_words(&Pair::of(posture)?, equilibrium, &self.modes);
         let local = Local::new(posture, self.width);
         let holds = self.holds(local.as_ref(), self.equilibrium.margin / posture.size());
-        let map = local.filter(|_| holds == Some(true)).map(|l| CornerMap::of(l, self.jams));
+        let map = local.filter(|_| holds == Ok(true)).map(|l| CornerMap::of(l, self.jams));
         let neutral = || feet::neutral(posture, self.options());
         let standing = Standing::Body(posture);
         let decided = self.judge_pair(found, map.as_ref(), holds, standing, neutral);
@@ -714,14 +715,20 @@ impl Verdict {
         Ok(())
     }
 
-    /// Whether two contacts hold the body in all scenes within the width; `None` if in some they do and in others they do not. `margin`: of the
-    /// equilibrium, dimensionless.
-    fn holds(&self, local: Option<&Local>, margin: f64) -> Option<bool> {
+    /// Whether two contacts hold the body in all scenes within the width, or why this is not certain. `margin`: of the equilibrium, dimensionless.
+    fn holds(&self, local: Option<&Local>, margin: f64) -> Result<bool, WhyUndecided> {
         if self.width == 0.0 {
-            return Some(self.equilibrium.holds);
+            return Ok(self.equilibrium.holds);
         }
-        let clear = self.width <= DEFAULT_WIDTH && margin.abs() > self.clear();
-        local.and_then(Local::holds).or(clear.then_some(self.equilibrium.holds))
+        let clear = margin.abs() > self.clear();
+        let closed = (clear && self.uses_closed_forms()).then_some(self.equilibrium.holds);
+        let why = if clear { WhyUndecided::Degenerate } else { WhyUndecided::Boundary };
+        local.and_then(Local::holds).or(closed).ok_or(why)
+    }
+
+    /// Returns true if closed forms in doubles count, with a clear margin. With a larger width only tests in intervals do.
+    fn uses_closed_forms(&self) -> bool {
+        self.width <= DEFAULT_WIDTH
     }
 
     /// The finding for two contacts. `holds`: see [`Verdict::holds`].
@@ -729,7 +736,7 @@ impl Verdict {
         &self,
         found: Conditions,
         map: Option<&CornerMap>,
-        holds: Option<bool>,
+        holds: Result<bool, WhyUndecided>,
         standing: Standing<'_>,
         neutral: impl FnOnce() -> Option<Finding>,
     ) -> Finding {
@@ -741,13 +748,12 @@ impl Verdict {
         // If the direction in which both contacts slide does not move one of them, words with a fixed contact are motions,
         // too. And when both contacts slide, exactly one word must be consistent.
         let known = map.is_some_and(CornerMap::slides_known);
-        let closed = self.width <= DEFAULT_WIDTH;
-        let strong = known && closed && found.certainly_strong();
+        let strong = known && self.uses_closed_forms() && found.certainly_strong();
         let clear = |margin: f64| self.width == 0.0 || margin > self.clear();
         let clatters = found.clattering && clear(found.clattering_margin);
-        if holds.is_none() {
-            boundary()
-        } else if holds == Some(false) {
+        if let Err(reason) = holds {
+            undecided(reason)
+        } else if holds == Ok(false) {
             self.not_in_equilibrium()
         } else if clatters && strong && found.kinematic_strong_strict {
             strongly(Argument::Theorem3, found.clattering_margin)
@@ -788,7 +794,7 @@ impl Verdict {
         let (stable, unstable) = (Stability::Stable, Stability::Unstable);
         let leaves = |answer: &&ModeAnswer| {
             let clear = self.width == 0.0 || !answer.near_degenerate();
-            self.width <= DEFAULT_WIDTH && answer.consistent && moves(answer.word) && clear
+            self.uses_closed_forms() && answer.consistent && moves(answer.word) && clear
         };
         if let Some(answer) = self.modes.iter().find(leaves) {
             let word = Evidence::Word(answer.word);
@@ -803,7 +809,7 @@ impl Verdict {
             }
             None => Finding::Undecided(left),
         };
-        if !conditions.unambiguous && self.width <= DEFAULT_WIDTH {
+        if !conditions.unambiguous && self.uses_closed_forms() {
             return open(None);
         }
         let step = |corner: &certify::Corner| {
@@ -895,10 +901,10 @@ impl Evidence {
     }
 }
 
-/// Returns true if a body on one round contact may rock about it: its centre of mass is below the centre of the disc.
+/// Returns true if a body on one contact may rock about it: its centre of mass is below the centre of a disc, or below a point that it hangs from.
 fn rocks(posture: &Posture, contact: &Contact) -> bool {
     let center = contact.point[1] + contact.radius * libm::cos(contact.slope);
-    contact.is_round() && posture.fields().center_of_mass[1] < center
+    posture.fields().center_of_mass[1] < center
 }
 
 /// A body on one contact, straight under its centre of mass. From any turn about the contact, however slow, it does not come back: its speed stays
@@ -912,9 +918,8 @@ fn single_support(posture: &Posture, contact: &Contact) -> Finding {
     Finding::Decided(Stability::Unstable, Argument::SingleSupport, motion)
 }
 
-/// Within the width, contacts hold the body in some scenes, and in others they do not.
-fn boundary() -> Finding {
-    let reason = WhyUndecided::Boundary;
+/// Nothing is decided, without cells.
+fn undecided(reason: WhyUndecided) -> Finding {
     Finding::Undecided(Some(Evidence::Left { reason, cells: 0, left: Vec::new() }))
 }
 

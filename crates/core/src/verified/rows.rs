@@ -2,6 +2,7 @@
 //! to be exact.
 
 use crate::body::Mechanism;
+use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
 
 /// Rows of all contacts and the acceleration without contact forces, in units in which the mass is `unit`.
@@ -63,5 +64,17 @@ impl<T: Enclosed> EnclosedRows<T> {
     /// Gravity into the ground of a contact, in m/s².
     pub(crate) fn gravity(&self, i: usize) -> T {
         -dot(&self.normals[i], &self.pull)
+    }
+}
+
+impl EnclosedRows<Interval> {
+    /// Each entry of a row, and of the acceleration, may differ by this share of its length.
+    pub(crate) fn widened(mut self, width: f64) -> Self {
+        let all = self.normals.iter_mut().chain(&mut self.tangents).chain([&mut self.pull]);
+        for row in all {
+            let length = dot(row, row).sqrt().hi;
+            row.iter_mut().for_each(|part| *part = part.widened(width * length));
+        }
+        self
     }
 }
