@@ -112,7 +112,7 @@ pub(super) struct Attraction {
     limit: I,
     /// If corners may leave the end, |ξ| is until then 1 + w times a number between 0 and this.
     change: I,
-    /// Bound of the increase of w y/|ξ| from the first corner on, without that of |ξ|.
+    /// The largest factor by which y grows from the first corner on.
     stretch: f64,
     /// The contacts whose corners may also leave the end, when the other contact lifts off.
     leaves: [bool; 2],
