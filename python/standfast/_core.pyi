@@ -51,7 +51,7 @@ _Cause: TypeAlias = Literal[
 ]
 _Stability: TypeAlias = Literal["stable", "unstable", "undecided"]
 _NoBound: TypeAlias = Literal[
-    "not-stable", "energy", "falls", "modes", "cells", "rounding", "pairs"
+    "not-stable", "energy", "falls", "modes", "cells", "rounding", "pairs", "joints"
 ]
 _By: TypeAlias = Literal[
     "not-equilibrium",
@@ -67,6 +67,7 @@ _By: TypeAlias = Literal[
     "descending-pair",
     "neutral",
     "single-support",
+    "bounded-corners",
 ]
 _Reason: TypeAlias = Literal[
     "boundary",

@@ -17,6 +17,7 @@ COLORS = {
     "neutral": "#B6FFB5",
     "descending-pair": "#13042C",
     "single-support": "#330000",
+    "bounded-corners": "#33FF66",
     "undecided": "#D9D9D9",
     "rest": "#0072B2",
     "zeno": "#56B4E9",

@@ -184,6 +184,7 @@ NO_BOUND = {
     "cells": "the corner map does not bound the growth",
     "rounding": "the bound is above 1e300, or rounding decides whether it is finite",
     "pairs": "the bound of a pair of contacts does not hold for the whole body",
+    "joints": "for contacts that slide independently only their rest is proved",
 }
 #: Gap of a contact that is named, because it was probably meant to touch. Unit: size of the body.
 ALMOST = 1e-4

@@ -10,7 +10,7 @@ use standfast::body::{ContactRows, Mechanism, MechanismFields};
 use standfast::modes::{MechanismProblem, Method, contact_modes};
 use standfast::simulate::simulate_mechanism;
 use standfast::stability::{
-    Argument, Evidence, Stability, StabilityOptions, Verdict, WhyUndecided, mechanism_forces,
+    Argument, Evidence, StabilityOptions, Verdict, WhyUndecided, mechanism_forces,
     mechanism_stability, stability, static_forces,
 };
 use standfast::{Contact, Options, Outcome, Posture, PostureFields};
@@ -166,7 +166,7 @@ const SLIDES: [[Option<i8>; 2]; 8] = [
 ];
 
 #[test]
-fn joints_with_torques_are_never_proved_stable() {
+fn verdicts_on_joints_with_torques_have_witnesses() {
     let mut random = Random(13);
     let mut counts = std::collections::BTreeMap::new();
     for case in 0..2000 {
@@ -175,7 +175,6 @@ fn joints_with_torques_are_never_proved_stable() {
         let mechanism = with_joints(&rigid, 1 + case % 3, &mut random);
         let verdict = mechanism_stability(&mechanism, &StabilityOptions::default()).unwrap();
         *counts.entry(verdict.by.map_or("undecided", Argument::as_str)).or_insert(0) += 1;
-        assert_ne!(verdict.frictional_stability, Stability::Stable, "{case}");
         match (verdict.by, &verdict.evidence) {
             (Some(Argument::NotEquilibrium), _) => {
                 assert_eq!(mechanism_forces(&mechanism), None, "{case}")
@@ -191,8 +190,9 @@ fn joints_with_torques_are_never_proved_stable() {
                     simulate_mechanism(&mechanism, &start.q, &start.qdot, &Options::default());
                 assert_eq!(run.unwrap().outcome(), Outcome::Inconsistent, "{case}");
             }
-            (None, _) => {
-                assert_eq!(verdict.reason(), Some(WhyUndecided::Joints), "{case}");
+            (None | Some(Argument::BoundedCorners), _) => {
+                let open = verdict.reason();
+                assert!(matches!(open, None | Some(WhyUndecided::Joints)), "{case}: {open:?}");
                 // Wherever one or both contacts slide, a mode goes on.
                 for sliding in SLIDES {
                     let problem = MechanismProblem::new(&mechanism, &sliding).unwrap();
@@ -204,7 +204,8 @@ fn joints_with_torques_are_never_proved_stable() {
             (by, evidence) => panic!("{case}: {by:?} {evidence:?}"),
         }
     }
-    let expected = ["accelerating-mode", "no-solution", "not-equilibrium", "undecided"];
+    let expected =
+        ["accelerating-mode", "bounded-corners", "no-solution", "not-equilibrium", "undecided"];
     assert_eq!(counts.keys().copied().collect::<Vec<_>>(), expected, "{counts:?}");
 }
 

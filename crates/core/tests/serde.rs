@@ -296,6 +296,7 @@ fn a_verdict_is_read_as_it_was_written() {
             Some(Evidence::Well { .. }) => "well",
             Some(Evidence::DescendingPairs { .. }) => "pairs",
             Some(Evidence::Neutral { .. }) => "neutral",
+            Some(Evidence::Shrinks { .. }) => "shrinks",
             None => "nothing",
         });
         if kinds.len() == 3 {
@@ -327,6 +328,9 @@ fn a_verdict_is_read_as_it_was_written() {
     let away: Evidence = read(corner);
     assert!(matches!(away, Evidence::Away(step) if step.contact.number() == 2));
     assert_eq!(serde_json::to_string(&away).unwrap(), corner);
+    // Of mechanisms only.
+    let shrinks: Evidence = read(r#"{"growth":0.25}"#);
+    assert_eq!(shrinks, Evidence::Shrinks { growth: 0.25 });
 }
 
 #[test]

@@ -168,7 +168,7 @@ impl PyVerdict {
     }
 
     /// The argument: "not-equilibrium", "theorem-3", "theorem-3-loose", "goyal", "corner-map", "growing-cycle", "growing-trap", "single-support",
-    /// "accelerating-mode", "no-solution", "well", "descending-pair", "neutral", or None.
+    /// "accelerating-mode", "no-solution", "well", "descending-pair", "neutral", "bounded-corners", or None.
     #[getter]
     fn by(&self) -> Option<&str> {
         self.verdict.by.map(standfast::stability::Argument::as_str)
@@ -191,7 +191,7 @@ impl PyVerdict {
     /// (frictionless motion need not come to rest: neither energy nor drift), "flight" (the impacts after a corner cannot be followed to their end with
     /// certainty), "cells" (some directions of motion remain open), "degenerate" (the contacts depend on each other, or nearly so, or
     /// the signs that decide are not certain), "pairs" (three and more contacts: several pairs let the body descend, or the only one is
-    /// undecided itself), "joints" (no theorem covers the mechanism: more than three coordinates are free, or it has not two contacts and is no rigid body). None if
+    /// undecided itself), "joints" (no theorem decides about the mechanism: more than three coordinates are free, or it has not two contacts and is no rigid body). None if
     /// the verdict is decided. `print(verdict)` says it in words, and what to try.
     #[getter]
     fn reason(&self) -> Option<&str> {
@@ -216,7 +216,8 @@ impl PyVerdict {
     /// times f², 0 < f < 1. For "well" {"width", "rays"}: w as in `radius`, and the directions (x, y, θ), of length 1 in √(x² + y² + ρ²θ²), in
     /// which exactly two contacts stay closed. For "descending-pair" {"rays", "pairs"}, with the verdict on the pair of each ray that does not
     /// ascend. For "neutral" {"outer", "stiffness"}: the outer contacts, and N M⁻¹ (N − σμT)ᵀ of each while it slides to the right and to the
-    /// left, per unit mass. For an undecided posture {"reason", "cells", "left"}: the reason, the
+    /// left, per unit mass. For "bounded-corners" {"growth"}: an upper bound, below 1, of the mean growth of the landing speed over a cycle of
+    /// landings. For an undecided posture {"reason", "cells", "left"}: the reason, the
     /// number of cells of the corner map, and the undecided cells (None if several words are consistent at rest, or no map was
     /// computed).
     #[getter]
@@ -282,7 +283,7 @@ impl PyVerdict {
     /// Why amplification is None: "not-stable" (the verdict is not "stable"), "energy" (energy does not bound the frictionless
     /// motion), "falls" (gravity does not pull onto the terrain of a contact), "modes" (the motion after a slide or a landing is not
     /// certain), "cells" (the corner map does not bound the growth), "rounding" (above 1e300), "pairs" (the bound of a pair
-    /// of contacts does not hold for the whole body); None if there is a bound.
+    /// of contacts does not hold for the whole body), "joints" (contacts that slide independently: only their rest is proved); None if there is a bound.
     #[getter]
     fn amplification_reason(&self) -> Option<&str> {
         self.verdict.amplification.err().map(standfast::stability::NoBound::as_str)

@@ -118,6 +118,11 @@ impl ContactSpace {
         &self.pull
     }
 
+    /// The orthonormal directions of Lᵀq that are kept, as columns; `None`: all.
+    pub(crate) fn basis(&self) -> Option<&DMatrix<f64>> {
+        self.basis.as_ref()
+    }
+
     /// Acceleration of the hidden motion, zero if there is none.
     pub(crate) fn hidden(&self) -> &DVector<f64> {
         &self.hidden

@@ -46,6 +46,8 @@ pub enum NoBound {
     Rounding,
     /// A body on three and more contacts: the bound of one pair of them does not hold for the whole.
     Pairs,
+    /// A mechanism whose contacts slide independently: only that its contacts come to rest is proved.
+    Joints,
 }
 
 impl NoBound {
@@ -60,6 +62,7 @@ impl NoBound {
             Self::Cells => "cells",
             Self::Rounding => "rounding",
             Self::Pairs => "pairs",
+            Self::Joints => "joints",
         }
     }
 }

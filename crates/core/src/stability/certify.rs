@@ -102,7 +102,7 @@ pub enum WhyUndecided {
     Cells,
     /// Three and more contacts: several pairs of contacts let the body descend, or the only one is undecided itself.
     Pairs,
-    /// No theorem here covers the mechanism: more than three coordinates are free, or it has not two contacts and is no rigid body.
+    /// No theorem here decides about the mechanism: more than three coordinates are free, or it has not two contacts and is no rigid body.
     Joints,
 }
 
@@ -168,7 +168,7 @@ impl WhyUndecided {
                 "the body descends on several pairs of contacts, or on one that is undecided itself"
             }
             Self::Joints => {
-                "no theorem here covers this mechanism: they are for rigid bodies, and for two contacts of three free coordinates"
+                "no theorem here decides about this mechanism; there are some for rigid bodies and for two contacts"
             }
         }
     }

@@ -301,23 +301,23 @@ const COARSE: f64 = 1e-4;
 
 /// How the other contact is when one rests at the end of a flight that is cut.
 #[derive(Debug, Clone, Copy)]
-struct Remainder {
+pub(super) struct Remainder {
     /// Bounds of the gap and of its rate, for each contact.
-    h: [I; 2],
-    u: [I; 2],
+    pub(super) h: [I; 2],
+    pub(super) u: [I; 2],
     /// Duration of the whole flight.
     t: I,
 }
 
 /// How the flights after the corners at contact 1 and at contact 2 with landing speed 1 end.
-struct Flights {
-    ends: [Flight; 2],
-    cut: [Option<Remainder>; 2],
+pub(super) struct Flights {
+    pub(super) ends: [Flight; 2],
+    pub(super) cut: [Option<Remainder>; 2],
 }
 
 impl Flights {
     /// `cuts`: whether flights are cut.
-    fn of(local: &Local, cuts: bool) -> Self {
+    pub(super) fn of(local: &Local, cuts: bool) -> Self {
         let lets_go = [0, 1].map(|k| local.lets_go(k));
         let model = Model::new(local.g, local.psi, local.e, 2);
         let energy = local.energy().filter(|_| cuts);

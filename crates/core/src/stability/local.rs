@@ -20,13 +20,13 @@ pub(crate) struct Local {
     pub(super) g: [I; 2],
     pub(super) e: [I; 2],
     pub(super) psi: [I; 2],
-    mu: [I; 2],
+    pub(super) mu: [I; 2],
     /// N_iM⁻¹N_jᵀ, T_iM⁻¹N_jᵀ, T_iM⁻¹T_iᵀ
     pub(super) nn: [[I; 2]; 2],
-    tn: [[I; 2]; 2],
-    tt: [I; 2],
+    pub(super) tn: [[I; 2]; 2],
+    pub(super) tt: [I; 2],
     /// Tangential free acceleration T_i (0, −g, 0).
-    pull: [I; 2],
+    pub(super) pull: [I; 2],
     pub(crate) alpha: [I; 2],
     pub(super) beta: [[I; 2]; 2],
     /// ṡ in flight.
@@ -93,7 +93,7 @@ pub enum FlightsEnd {
 }
 
 /// Solves a x + b y = p, c x + d y = q.
-fn solve([[a, b], [c, d]]: [[I; 2]; 2], [p, q]: [I; 2]) -> [I; 2] {
+pub(super) fn solve([[a, b], [c, d]]: [[I; 2]; 2], [p, q]: [I; 2]) -> [I; 2] {
     let det = a * d - b * c;
     [(p * d - q * b) / det, (q * a - p * c) / det]
 }
@@ -202,9 +202,16 @@ impl Local {
         })
     }
 
-    /// The constants of a mechanism with three coordinates that are not locked, on two contacts.
+    /// The constants of a mechanism on two contacts, with three coordinates that are not locked, or with more of which the contacts feel three. These
+    /// three are known up to rounding errors, which are much smaller than a width that is not zero.
     pub(crate) fn of_mechanism(mechanism: &Mechanism, width: f64) -> Option<Self> {
-        let rows = EnclosedRows::<I>::of(mechanism)?.widened(width);
+        let rows = EnclosedRows::<I>::of(mechanism)?;
+        let rows = match mechanism.contact_space().basis() {
+            None => rows,
+            Some(basis) if width > 0.0 => rows.along(basis),
+            Some(_) => return None,
+        };
+        let rows = rows.widened(width);
         let wide = |x: f64| I::from(x).widened(width * x);
         let three = |row: &[I]| <[I; 3]>::try_from(row).ok();
         let [one, two] = &rows.normals[..] else { return None };
@@ -239,6 +246,32 @@ impl Local {
             e: each(&|i| below_one(wide(mechanism.restitution(i)))),
             mu: each(&|i| wide(mechanism.contacts()[i].friction)),
         })
+    }
+
+    /// The constants of two contacts of a mechanism that slide independently, and T_1M⁻¹T_2ᵀ. There is no direction in which both slide: ξ of
+    /// each contact is its own v_t. Only functions of one contact on the terrain, and of frictionless motion, have a meaning. `None` unless
+    /// the normal rows are certainly independent.
+    pub(super) fn apart(mechanism: &Mechanism, width: f64) -> Option<(Self, I)> {
+        let rows = EnclosedRows::<I>::of(mechanism)?.widened(width);
+        let wide = |x: f64| I::from(x).widened(width * x);
+        let (n, t) = (&rows.normals, &rows.tangents);
+        if n.len() != 2 {
+            return None;
+        }
+        let both = |f: &dyn Fn(usize, usize) -> I| [[f(0, 0), f(0, 1)], [f(1, 0), f(1, 1)]];
+        let each = |f: &dyn Fn(usize) -> I| [f(0), f(1)];
+        let local = Self::with(Products {
+            nn: both(&|i, j| dot(&n[i], &n[j])),
+            tn: both(&|i, j| dot(&t[i], &n[j])),
+            tt: each(&|i| dot(&t[i], &t[i])),
+            alpha: [I::ONE; 2],
+            g: each(&|i| rows.gravity(i)),
+            pull: each(&|i| dot(&t[i], &rows.pull)),
+            drift: I::ZERO,
+            e: each(&|i| below_one(wide(mechanism.restitution(i)))),
+            mu: each(&|i| wide(mechanism.contacts()[i].friction)),
+        })?;
+        Some((local, dot(&t[0], &t[1])))
     }
 
     fn with(known: Products) -> Option<Self> {

@@ -1,10 +1,10 @@
 //! Stability of a mechanism in its posture.
 //!
-//! With three coordinates that are not locked the contacts move as those of a rigid body: every test of two contacts applies to the
-//! contact space. If the three are (x, y, θ) of a rigid body, the verdict is that of this body, with any number of contacts.
+//! With three coordinates that are not locked, or more of which the contacts feel three, the contacts move as those of a rigid body: every test
+//! of two contacts applies to the contact space. If the three are (x, y, θ) of a rigid body, the verdict is that of this body, with any number of contacts.
 //!
-//! With more coordinates (joints with torques) there are motions that no theorem here covers: both contacts slide in any directions, and one
-//! slides while the other one is fixed. Three things make a posture unstable: the load is not held; a contact mode that moves is consistent
+//! With more coordinates (joints with torques) both contacts may slide in any directions, and one may slide while the other one is fixed. That the
+//! contacts nevertheless come to rest is proved by `joints.rs`. Three things make a posture unstable: the load is not held; a contact mode that moves is consistent
 //! at rest; or no motion exists after some small kicks. For two contacts that both slide in the directions σ_i, which are free here, no motion
 //! exists if all of these fail, with A_ij = N_iM⁻¹(N_j − σ_jμ_jT_j)ᵀ: both slide (A⁻¹g ≥ 0); i slides and j lifts (g_i/A_ii ≥ 0 and
 //! A_ji g_i/A_ii > g_j); both lift (g < 0).
@@ -24,10 +24,11 @@ use crate::outcome::ContactNumber;
 use crate::stability::conditions::{self, Equilibrium, Pair};
 use crate::stability::corner::CornerMap;
 use crate::stability::existence::{NoMotion, Standing};
+use crate::stability::joints;
 use crate::stability::local::Local;
 use crate::stability::static_forces::{StaticForces, extremes};
 use crate::stability::{
-    Argument, Details, Evidence, Finding, LOSES, Stability, StabilityOptions, Verdict,
+    Argument, Details, Evidence, Finding, LOSES, NoBound, Stability, StabilityOptions, Verdict,
     WhyUndecided, holding_pairs, judge, undecided,
 };
 use crate::tolerance::RIGID_ROWS;
@@ -59,6 +60,11 @@ pub fn mechanism_stability(
     options: &StabilityOptions,
 ) -> Result<Verdict, Error> {
     let options = options.checked()?;
+    if let Some((fewer, count)) = without_spectators(mechanism)? {
+        let mut verdict = mechanism_stability(&fewer, &options)?;
+        verdict.free_motion += count;
+        return Ok(verdict);
+    }
     if let Some(body) = RigidBody::of(mechanism) {
         let mut verdict = judge(&body.posture, options, Details::ALL)?;
         body.translate(mechanism, &mut verdict);
@@ -74,6 +80,30 @@ pub fn mechanism_stability(
     Ok(verdict)
 }
 
+/// The mechanism with those coordinates locked that no contact and no other coordinate feels, and that have no load; and their number. `None` if
+/// there are none.
+fn without_spectators(mechanism: &Mechanism) -> Result<Option<(Mechanism, usize)>, Error> {
+    let (fields, space) = (mechanism.fields(), mechanism.contact_space());
+    let contacts = &fields.contacts;
+    let unfelt = |place: usize, k: usize| {
+        let apart =
+            space.mass().row(place).iter().enumerate().all(|(j, m)| j == place || *m == 0.0);
+        apart
+            && fields.load[k] == 0.0
+            && contacts.iter().all(|c| c.normal[k] == 0.0 && c.tangential[k] == 0.0)
+    };
+    let free = space.free().iter().enumerate();
+    let spectators: Vec<usize> =
+        free.filter(|(place, k)| unfelt(*place, **k)).map(|(_, k)| *k).collect();
+    if spectators.is_empty() {
+        return Ok(None);
+    }
+    let mut fewer = fields.clone();
+    fewer.locked.extend(&spectators);
+    fewer.locked.sort_unstable();
+    Ok(Some((Mechanism::new(fewer)?, spectators.len())))
+}
+
 /// The verdict on a mechanism that is no rigid body. Whether it is delicate is not decided yet.
 fn judge_rows(mechanism: &Mechanism, options: StabilityOptions) -> Result<Verdict, Error> {
     let count = mechanism.contacts().len();
@@ -84,7 +114,8 @@ fn judge_rows(mechanism: &Mechanism, options: StabilityOptions) -> Result<Verdic
     }
     let problem = MechanismProblem::at_rest(mechanism);
     let modes = contact_modes(&problem, Method::Auto)?;
-    let three = mechanism.contact_space().free().len() == 3;
+    let moves_freely = space.hidden().amax() > 0.0;
+    let three = [space.free().len(), space.rank()].contains(&3) && !moves_freely;
     if three && count == 2 {
         verdict.modes = modes.answers().to_vec();
         verdict.decide_two(mechanism)?;
@@ -122,6 +153,9 @@ pub fn mechanism_pairs(
     mechanism: &Mechanism,
     options: &StabilityOptions,
 ) -> Result<Vec<Verdict>, Error> {
+    if let Some((fewer, _)) = without_spectators(mechanism)? {
+        return mechanism_pairs(&fewer, options);
+    }
     let Some(body) = RigidBody::of(mechanism) else { return Ok(Vec::new()) };
     let mut pairs = holding_pairs(&body.posture, options)?;
     pairs.iter_mut().for_each(|pair| body.translate(mechanism, pair));
@@ -129,7 +163,7 @@ pub fn mechanism_pairs(
 }
 
 impl Verdict {
-    /// Two contacts and three coordinates.
+    /// Two contacts that feel three coordinates.
     fn decide_two(&mut self, mechanism: &Mechanism) -> Result<(), Error> {
         let space = mechanism.contact_space();
         let pair = Pair {
@@ -165,6 +199,10 @@ impl Verdict {
         {
             let evidence = Evidence::NoMotion(start);
             Finding::Decided(Stability::Unstable, Argument::NoSolution, evidence)
+        } else if let Some(growth) = joints::shrinks(mechanism, self.width) {
+            self.amplification = Err(NoBound::Joints);
+            let by = Argument::BoundedCorners;
+            Finding::Decided(Stability::Stable, by, Evidence::Shrinks { growth })
         } else if tie {
             undecided(WhyUndecided::Boundary)
         } else {

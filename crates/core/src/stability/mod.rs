@@ -24,6 +24,7 @@ mod corner;
 mod existence;
 mod fate;
 mod feet;
+mod joints;
 mod local;
 mod mechanism;
 mod reduced;
@@ -130,11 +131,13 @@ pub enum Argument {
     Neutral,
     /// The body stands on one contact, and nothing resists a turn about it.
     SingleSupport,
+    /// Two contacts that slide independently: over every cycle of landings the landing speed falls, and friction ends the slides.
+    BoundedCorners,
 }
 
 impl Argument {
     /// All of them.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::NotEquilibrium,
         Self::Theorem3,
         Self::Theorem3Loose,
@@ -148,6 +151,7 @@ impl Argument {
         Self::DescendingPair,
         Self::Neutral,
         Self::SingleSupport,
+        Self::BoundedCorners,
     ];
 
     /// Its name in files.
@@ -167,6 +171,7 @@ impl Argument {
             Self::DescendingPair => "descending-pair",
             Self::Neutral => "neutral",
             Self::SingleSupport => "single-support",
+            Self::BoundedCorners => "bounded-corners",
         }
     }
 
@@ -206,6 +211,9 @@ impl Argument {
             }
             Self::SingleSupport => {
                 "the body stands on one contact: nothing resists a turn about it"
+            }
+            Self::BoundedCorners => {
+                "over every cycle of landings the landing speed falls, and friction ends the slides"
             }
         }
     }
@@ -304,6 +312,11 @@ pub enum Evidence {
         cells: usize,
         /// The undecided cells: (contact, [from, to]) in atan(ξ/y).
         left: Vec<(ContactNumber, [f64; 2])>,
+    },
+    /// Landings at two contacts that slide independently, which become slower.
+    Shrinks {
+        /// An upper bound, below 1, of the mean growth of the landing speed over a cycle of landings.
+        growth: f64,
     },
 }
 
@@ -893,6 +906,7 @@ impl Evidence {
             }
             Self::Neutral { outer, .. } => outer.iter_mut().for_each(rename),
             Self::Region { .. }
+            | Self::Shrinks { .. }
             | Self::Margins { .. }
             | Self::Potential(_)
             | Self::Word(_)

@@ -1,6 +1,8 @@
 //! The rows of the contacts of a mechanism in mass-weighted coordinates, enclosed: M = L Lᵀ, A = R L⁻ᵀ. The numbers of the mechanism are taken
 //! to be exact.
 
+use nalgebra::DMatrix;
+
 use crate::body::Mechanism;
 use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
@@ -68,6 +70,21 @@ impl<T: Enclosed> EnclosedRows<T> {
 }
 
 impl EnclosedRows<Interval> {
+    /// The parts of all rows along the columns of a matrix.
+    pub(crate) fn along(&self, basis: &DMatrix<f64>) -> Self {
+        let part = |row: &[Interval], column: &[f64]| {
+            row.iter().zip(column).fold(Interval::ZERO, |sum, (x, y)| sum + x.times(*y))
+        };
+        let each = |row: &Vec<Interval>| {
+            basis.column_iter().map(|column| part(row, column.as_slice())).collect::<Vec<_>>()
+        };
+        Self {
+            tangents: self.tangents.iter().map(each).collect(),
+            normals: self.normals.iter().map(each).collect(),
+            pull: each(&self.pull),
+        }
+    }
+
     /// Each entry of a row, and of the acceleration, may differ by this share of its length.
     pub(crate) fn widened(mut self, width: f64) -> Self {
         let all = self.normals.iter_mut().chain(&mut self.tangents).chain([&mut self.pull]);
