@@ -413,6 +413,12 @@ def _on_many_contacts(verdict: sf.Verdict) -> list[str]:
             direction = _vector(np.array(ray["direction"]))
             rows.append((listed(ray["contacts"]), direction, rise, alone))
         lines += aligned(rows)
+    elif isinstance(evidence, dict) and evidence.get("pairs"):
+        (pair,) = evidence["pairs"]
+        lines.append(
+            f"  line              contacts {listed(pair['contacts'])} carry those between them, alone: "
+            f"{pair['frictional_stability']}, by {pair['by']}"
+        )
     if verdict.stays:
         lines.append(
             f"  stays             within {verdict.radius(1.0):.4g} m for each joule of the kick (largest of |x|, |y|, rho |theta|)"

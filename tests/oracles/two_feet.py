@@ -76,7 +76,7 @@ class TwoFeet:
             return ["S"]
         return [moves[i], "S"] if moves[i] else [0, 1, -1, "S"]
 
-    def run(self, h, u, v, events=20_000):
+    def run(self, h, u, v, events=500_000):
         """ "rest", or how the motion from this start fails: "jam", "far", "long"."""
         h, u, v = list(h), list(u), list(v)
         size = max(*map(abs, u), *map(abs, v), math.sqrt(max(*h, 0.0) * max(self.g)))

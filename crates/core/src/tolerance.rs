@@ -488,6 +488,10 @@ pub(crate) const NEAREST_FRAME_ROUNDINGS: f64 = 4.0;
 /// Margin of a condition below which rounding errors may decide the verdict. Unit: size of the body, or load. Range: 1e-13 to 1e-8.
 pub(crate) const DELICATE_MARGIN: f64 = 1e-10;
 
+/// Distance of a contact from the line through two others with equal slopes below which it counts as on this line. Unit: size of the body. The
+/// coordinates of points on a slope are rounded, in decimals too. Range: 1e-14 to 1e-9.
+pub(crate) const ON_ONE_LINE: f64 = 1e-12;
+
 /// Cross product of two edges of friction cones below which the edges are parallel. Unit: terms of the product. Range: 4 ε to 64 ε.
 pub(crate) const PARALLEL_EDGES: f64 = 8.0 * f64::EPSILON;
 

@@ -319,13 +319,15 @@ impl Flights {
     /// `cuts`: whether flights are cut.
     pub(super) fn of(local: &Local, cuts: bool) -> Self {
         let lets_go = [0, 1].map(|k| local.lets_go(k));
-        let model = Model::new(local.g, local.psi, local.e, 2);
+        let mut model = Model::new(local.g, local.psi, local.e, 2);
+        model.between.clone_from(&local.between);
         let energy = local.energy().filter(|_| cuts);
         let mut ends = [0, 1].map(|j| Flight::after_corner(&model, j, lets_go, energy.as_ref()));
         let open = |flight: &Flight| flight.energy_left() > CUT_ENERGY || flight.width() > COARSE;
         if ends.iter().any(open) {
             let fine = |x: [I; 2]| x.map(|x| Ball::containing(x.bounds()));
-            let fine = Model::new(fine(local.g), fine(local.psi), fine(local.e), 2);
+            let mut fine = Model::new(fine(local.g), fine(local.psi), fine(local.e), 2);
+            fine.between = local.between.iter().map(|x| Ball::containing(x.bounds())).collect();
             for j in 0..2 {
                 // If one remains unknown, the other one rarely decides.
                 if open(&ends[j]) && (j == 0 || ends[0] != Flight::Unknown) {

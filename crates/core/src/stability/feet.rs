@@ -30,7 +30,7 @@ use crate::error::{Error, non_negative};
 use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::Word;
+use crate::modes::{Mode, Word};
 use crate::options::{Impact, Jams};
 use crate::outcome::ContactNumber;
 use crate::stability::certify::WhyUndecided;
@@ -38,7 +38,8 @@ use crate::stability::conditions::with_contacts;
 use crate::stability::existence::{self, NoMotion, Standing};
 use crate::stability::local::{Local, Row, length};
 use crate::stability::{
-    Argument, Details, Evidence, Finding, Stability, StabilityOptions, Verdict, judge, undecided,
+    Argument, Details, Evidence, Finding, Stability, StabilityOptions, Verdict, judge,
+    judge_carrying, undecided,
 };
 
 type I = Interval;
@@ -243,6 +244,125 @@ fn level_pair(posture: &Posture) -> Option<[usize; 2]> {
     (left != right).then_some([left, right])
 }
 
+/// Contacts on a line that two others carry, the outer ones of the line.
+pub(super) struct Carried {
+    /// Places of all other contacts.
+    pub(super) others: Vec<usize>,
+    /// The outer contacts of each line, by their places among the others, and the places on the line of those between them, from 0 to 1.
+    lines: Vec<([usize; 2], Vec<I>)>,
+    /// The contacts that are carried, and the outer contacts of their line, by their places in the posture.
+    inner: Vec<(usize, [usize; 2])>,
+}
+
+impl Carried {
+    /// `None` if no contact is carried.
+    ///
+    /// On a line of ground with equal normals the gap of a contact between two others is a mean of their gaps, and its force is that of two
+    /// forces at them. With equal friction the contacts between exert no force on the body that the outer two cannot exert, at rest and while they
+    /// slide. With equal restitutions they change its motion only where one outer contact lands beside the other one: see
+    /// [`Model::between`](crate::verified::Model).
+    pub(super) fn of(posture: &Posture, width: f64) -> Option<Self> {
+        let f = posture.fields();
+        let contacts = posture.contacts();
+        let rows: Vec<Row> = contacts.iter().map(|k| Row::of(k, f.center_of_mass, width)).collect();
+        let along = |k: usize| rows[k].along().middle();
+        let mut others: Vec<usize> = (0..contacts.len()).collect();
+        let (mut lines, mut carried) = (Vec::new(), Vec::new());
+        for first in 0..contacts.len() {
+            let alike = |k: &usize| {
+                let (one, other) = (&contacts[first], &contacts[*k]);
+                one.slope == other.slope
+                    && one.friction == other.friction
+                    && posture.geometry()[first].restitution == posture.geometry()[*k].restitution
+                    && !one.is_round()
+                    && !other.is_round()
+            };
+            let mut line: Vec<usize> = (0..contacts.len()).filter(alike).collect();
+            line.sort_by(|i, j| along(*i).total_cmp(&along(*j)));
+            let (Some(&a), Some(&b)) = (line.first(), line.last()) else { continue };
+            if line.len() < 3 || line.iter().min() != Some(&first) {
+                continue;
+            }
+            let inner = &line[1..line.len() - 1];
+            let places = inner.iter().map(|k| rows[*k].between(&rows[a], &rows[b], posture.size()));
+            let Some(places) = places.collect::<Option<Vec<I>>>() else { continue };
+            others.retain(|k| !inner.contains(k));
+            carried.extend(inner.iter().map(|k| (*k, [a, b])));
+            lines.push(([a, b], places));
+        }
+        if lines.is_empty() {
+            return None;
+        }
+        for (outer, _) in &mut lines {
+            *outer = outer.map(|k| others.iter().filter(|other| **other < k).count());
+        }
+        Some(Self { others, lines, inner: carried })
+    }
+
+    /// The places of the contacts between the contacts of a pair.
+    fn between(&self, pair: [usize; 2]) -> Vec<I> {
+        let whole = self.lines.iter().find_map(|([a, b], places)| {
+            if pair == [*a, *b] {
+                Some(places.clone())
+            } else if pair == [*b, *a] {
+                Some(places.iter().map(|place| I::ONE - *place).collect())
+            } else {
+                None
+            }
+        });
+        whole.unwrap_or_default()
+    }
+
+    /// The finding on the other contacts, with the numbers of all.
+    pub(super) fn put_back(&self, found: Finding) -> Finding {
+        let count = self.others.len() + self.inner.len();
+        let whole = |evidence: Evidence| match evidence {
+            // A contact on a line stays on the ground if the outer ones do, and slides as they do.
+            Evidence::Word(word) => {
+                let mut all = Word::separate(count);
+                for (place, letter) in self.others.iter().zip(word.modes()) {
+                    all = all.with(*place, letter);
+                }
+                for (k, outer) in &self.inner {
+                    let [one, two] = outer.map(|place| all.modes().nth(place));
+                    if let (Some(one), Some(two)) = (one, two)
+                        && two != Mode::Separate
+                    {
+                        all = all.with(*k, one);
+                    }
+                }
+                Evidence::Word(all)
+            }
+            mut evidence => {
+                evidence.renumber(&|number| {
+                    *number = ContactNumber::of(self.others[number.index()]);
+                });
+                evidence
+            }
+        };
+        match found {
+            Finding::Decided(stability, by, evidence) => {
+                Finding::Decided(stability, by, whole(evidence))
+            }
+            Finding::Undecided(evidence) => Finding::Undecided(evidence.map(whole)),
+        }
+    }
+
+    /// The finding for a body on one line of ground: that for its outer contacts.
+    fn decide(&self, outer: &Posture, options: StabilityOptions) -> Result<Finding, Error> {
+        let between = self.between([0, 1]);
+        let pair = pair_verdict(outer, [0, 1], &between, options, Details::NONE)?;
+        let pairs = vec![shown_pair(&pair)];
+        Ok(match pair.frictional_stability {
+            Stability::Undecided => undecided(pair.reason().unwrap_or(WhyUndecided::Pairs)),
+            decided => {
+                let evidence = Evidence::DescendingPairs { rays: Vec::new(), pairs };
+                Finding::Decided(decided, Argument::DescendingPair, evidence)
+            }
+        })
+    }
+}
+
 /// The verdict of *Neutral*, if it applies.
 pub(super) fn neutral(posture: &Posture, options: StabilityOptions) -> Option<Finding> {
     let StabilityOptions { jams, width } = options;
@@ -279,18 +399,19 @@ pub(super) fn neutral(posture: &Posture, options: StabilityOptions) -> Option<Fi
     })
 }
 
-/// The finding for one contact, or for three and more, and the well, if the posture is one. `moves_away`: a word at rest in which the body
+/// The finding for one contact, or for three and more, and the well, if the posture is one. `carried`: contacts that were left out. `moves_away`: a word at rest in which the body
 /// moves away.
 pub(super) fn decide(
     posture: &Posture,
+    carried: Option<&Carried>,
     options: StabilityOptions,
     moves_away: impl FnOnce() -> Result<Option<Word>, Error>,
 ) -> Result<(Finding, Option<Well>), Error> {
     let open = undecided;
     let f = posture.fields();
     let rho2 = I::from(f.gyration_radius).square();
-    if let Some(found) = neutral(posture, options) {
-        return Ok((found, None));
+    if let (Some(carried), 2) = (carried, posture.contacts().len()) {
+        return Ok((carried.decide(posture, options)?, None));
     }
     let known = rays(posture, options.width);
     let mut well = None;
@@ -340,16 +461,12 @@ pub(super) fn decide(
     let core: Vec<&KnownRay> = rays.iter().filter(|ray| ray.rise != Some(1)).collect();
     let mut pairs = Vec::new();
     for ray in &core {
-        pairs.push(pair_verdict(posture, ray.pair, options, Details::NONE)?);
+        let between = carried.map(|carried| carried.between(ray.pair)).unwrap_or_default();
+        pairs.push(pair_verdict(posture, ray.pair, &between, options, Details::NONE)?);
     }
     let descend = core.iter().all(|ray| ray.rise == Some(-1));
     let evidence = |pairs: &[Verdict]| {
-        let pairs = pairs.iter().map(|pair| PairVerdict {
-            contacts: pair.contacts.clone(),
-            frictional_stability: pair.frictional_stability,
-            by: pair.by,
-            evidence: pair.evidence.clone().map(Box::new),
-        });
+        let pairs = pairs.iter().map(shown_pair);
         Evidence::DescendingPairs { rays: shown(&rays, rho2), pairs: pairs.collect() }
     };
     let found = match pairs.as_slice() {
@@ -379,14 +496,29 @@ fn shown(rays: &[KnownRay], rho2: I) -> Vec<Ray> {
     rays.iter().map(ray).collect()
 }
 
-/// The verdict on two contacts of a posture as its only ones, with their numbers in the posture.
+fn shown_pair(pair: &Verdict) -> PairVerdict {
+    PairVerdict {
+        contacts: pair.contacts.clone(),
+        frictional_stability: pair.frictional_stability,
+        by: pair.by,
+        evidence: pair.evidence.clone().map(Box::new),
+    }
+}
+
+/// The verdict on two contacts of a posture as its only ones, with their numbers in the posture. `between`: the places of contacts that they carry.
 fn pair_verdict(
     posture: &Posture,
     places: [usize; 2],
+    between: &[I],
     options: StabilityOptions,
     details: Details,
 ) -> Result<Verdict, Error> {
-    let mut verdict = judge(&with_contacts(posture, &places)?, options, details)?;
+    let pair = with_contacts(posture, &places)?;
+    let mut verdict = if between.is_empty() {
+        judge(&pair, options, details)?
+    } else {
+        judge_carrying(&pair, between, options)?
+    };
     verdict.renumber(&places);
     Ok(verdict)
 }
@@ -399,10 +531,23 @@ pub(super) fn holding_pairs(
 ) -> Result<Vec<Verdict>, Error> {
     let details = Details { amplification: false, delicate: true };
     let mut found = Vec::new();
-    for ray in
-        rays(posture, options.width).into_iter().flatten().filter(|_| posture.contacts().len() > 2)
-    {
-        let verdict = pair_verdict(posture, ray.pair, options, details)?;
+    if posture.contacts().len() < 3 {
+        return Ok(found);
+    }
+    let carried = Carried::of(posture, options.width);
+    let all = |carried: &Carried| with_contacts(posture, &carried.others);
+    let others = carried.as_ref().map(all).transpose()?;
+    let known = match &others {
+        Some(outer) if outer.contacts().len() == 2 => vec![[0, 1]],
+        _ => {
+            let rays = rays(others.as_ref().unwrap_or(posture), options.width);
+            rays.into_iter().flatten().map(|ray| ray.pair).collect()
+        }
+    };
+    for pair in known {
+        let between = carried.as_ref().map(|carried| carried.between(pair)).unwrap_or_default();
+        let whole = pair.map(|k| carried.as_ref().map_or(k, |carried| carried.others[k]));
+        let verdict = pair_verdict(posture, whole, &between, options, details)?;
         if verdict.equilibrium.holds {
             found.push(verdict);
         }

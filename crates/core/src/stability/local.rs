@@ -9,6 +9,7 @@ use crate::body::fields::PostureFields;
 use crate::body::posture::Posture;
 use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
+use crate::tolerance::ON_ONE_LINE;
 use crate::verified::Energy;
 use crate::verified::rows::{EnclosedRows, dot};
 
@@ -31,6 +32,8 @@ pub(crate) struct Local {
     pub(super) beta: [[I; 2]; 2],
     /// ṡ in flight.
     pub(super) drift: I,
+    /// See [`Model::between`](crate::verified::Model).
+    pub(super) between: Vec<I>,
 }
 
 /// What the constants of two contacts follow from, see [`Local`].
@@ -121,6 +124,20 @@ impl Row {
         let (n, t) = ([-sin, cos], [cos, sin]);
         let (b, c) = (t[0] * arm[0] + t[1] * arm[1], n[0] * arm[0] + n[1] * arm[1]);
         Self { n, t, b, c }
+    }
+
+    /// The arm along the tangent.
+    pub(super) fn along(&self) -> I {
+        self.b
+    }
+
+    /// The place of this contact on the line from one with an equal normal (0) to another one (1); `None` unless it is on this line and strictly
+    /// between them.
+    pub(super) fn between(&self, from: &Self, to: &Self, size: f64) -> Option<I> {
+        let place = (self.b - from.b) / (to.b - from.b);
+        let off = (self.c - from.c - place * (to.c - from.c)).middle();
+        let inside = place.is_positive() && (I::ONE - place).is_positive();
+        (inside && off.abs() <= ON_ONE_LINE * size).then_some(place)
     }
 
     /// The direction (x, y, θ) in which both contacts stay on their ground: N_1 × N_2, N = (n, b).
@@ -274,6 +291,11 @@ impl Local {
         Some((local, dot(&t[0], &t[1])))
     }
 
+    /// The same with further contacts between the two, see [`Local::between`].
+    pub(super) fn carrying(self, between: &[I]) -> Self {
+        Self { between: between.to_vec(), ..self }
+    }
+
     fn with(known: Products) -> Option<Self> {
         let Products { nn, tn, tt, alpha, g, pull, drift, e, mu } = known;
         let det = nn[0][0] * nn[1][1] - nn[0][1] * nn[1][0];
@@ -297,6 +319,7 @@ impl Local {
             tn,
             tt,
             alpha,
+            between: Vec::new(),
         })
     }
 

@@ -56,6 +56,7 @@ use crate::body::contact::Contact;
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::{Error, dissipative, in_range};
+use crate::math::interval::Interval;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{ContactProblem, Method, Mode, ModeAnswer, Word, contact_modes};
 use crate::options::{Impact, Jams};
@@ -68,6 +69,7 @@ use certify::Decision;
 use conditions::{Pair, moves};
 use corner::{Away, CornerMap};
 use existence::Standing;
+use feet::Carried;
 use local::Local;
 use trap::TrapCell;
 
@@ -529,7 +531,7 @@ fn judge_exactly_these(
     let count = posture.contacts().len();
     let mut verdict = Verdict::open(count, Equilibrium::of(posture), options);
     if count == 2 {
-        verdict.decide_pair(posture, amplification)?;
+        verdict.decide_pair(posture, &[], amplification)?;
     } else {
         verdict.decide_feet(posture)?;
     }
@@ -540,6 +542,17 @@ fn judge_exactly_these(
         verdict.amplification = Ok(1.0);
         verdict.laws = feet::laws(posture);
     }
+    Ok(verdict)
+}
+
+/// The verdict on a posture of two contacts that carry others between them, at these places.
+fn judge_carrying(
+    pair: &Posture,
+    between: &[Interval],
+    options: StabilityOptions,
+) -> Result<Verdict, Error> {
+    let mut verdict = Verdict::open(2, Equilibrium::of(pair), options);
+    verdict.decide_pair(pair, between, false)?;
     Ok(verdict)
 }
 
@@ -691,16 +704,35 @@ impl Verdict {
                 answer.consistent && moves(answer.word) && !answer.near_degenerate()
             };
             let (options, closed) = (self.options(), self.uses_closed_forms());
-            let modes = &mut self.modes;
-            let (found, well) = feet::decide(posture, options, || {
+            let consistent = |posture: &Posture| -> Result<Vec<ModeAnswer>, Error> {
                 let problem =
                     ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
                 let answers = contact_modes(&problem, Method::Auto)?;
-                *modes = answers.answers().iter().filter(|a| a.consistent).cloned().collect();
-                Ok(modes.iter().find(leaves).filter(|_| closed).map(|answer| answer.word))
-            })?;
-            self.well = well;
-            found
+                Ok(answers.answers().iter().filter(|a| a.consistent).cloned().collect())
+            };
+            let moving = |modes: &[ModeAnswer]| {
+                modes.iter().find(leaves).filter(|_| closed).map(|answer| answer.word)
+            };
+            let neutral = feet::neutral(posture, options);
+            match (neutral, Carried::of(posture, self.width)) {
+                (Some(found), _) => found,
+                (None, Some(carried)) => {
+                    let others = with_contacts(posture, &carried.others)?;
+                    let moves = || Ok(moving(&consistent(&others)?));
+                    let (found, well) = feet::decide(&others, Some(&carried), options, moves)?;
+                    self.well = well;
+                    carried.put_back(found)
+                }
+                (None, None) => {
+                    let modes = &mut self.modes;
+                    let (found, well) = feet::decide(posture, None, options, || {
+                        *modes = consistent(posture)?;
+                        Ok(moving(modes))
+                    })?;
+                    self.well = well;
+                    found
+                }
+            }
         } else {
             self.not_in_equilibrium()
         };
@@ -713,12 +745,18 @@ impl Verdict {
         Ok(())
     }
 
-    fn decide_pair(&mut self, posture: &Posture, amplification: bool) -> Result<(), Error> {
+    /// `between`: see [`Local::between`].
+    fn decide_pair(
+        &mut self,
+        posture: &Posture,
+        between: &[Interval],
+        amplification: bool,
+    ) -> Result<(), Error> {
         let problem = ContactProblem::of_posture(posture, &State::at_rest([0.0; 3]), [0.0; 3])?;
         self.modes = contact_modes(&problem, Method::Auto)?.answers().to_vec();
         let equilibrium = self.equilibrium.holds;
         let found = conditions::of_words(&Pair::of(posture)?, equilibrium, &self.modes);
-        let local = Local::new(posture, self.width);
+        let local = Local::new(posture, self.width).map(|local| local.carrying(between));
         let holds = self.holds(local.as_ref(), self.equilibrium.margin / posture.size());
         let map = local.filter(|_| holds == Ok(true)).map(|l| CornerMap::of(l, self.jams));
         let neutral = || feet::neutral(posture, self.options());
@@ -760,7 +798,8 @@ impl Verdict {
         };
         // If the direction in which both contacts slide does not move one of them, words with a fixed contact are motions,
         // too. And when both contacts slide, exactly one word must be consistent.
-        let known = map.is_some_and(CornerMap::slides_known);
+        // A bound on the coupling is one for two contacts alone.
+        let known = map.is_some_and(|map| map.slides_known() && map.local().between.is_empty());
         let strong = known && self.uses_closed_forms() && found.certainly_strong();
         let clear = |margin: f64| self.width == 0.0 || margin > self.clear();
         let clatters = found.clattering && clear(found.clattering_margin);

@@ -95,9 +95,10 @@ impl<'e> Cut<'e> {
 }
 
 impl<T: Enclosed> Model<T> {
-    /// Whether impacts at two closed contacts alternate without end: p_1p_2 ≥ (√e_1 + √e_2)². `None` if this is not certain.
+    /// Whether impacts at two closed contacts alternate without end: p_1p_2 ≥ (√e_1 + √e_2)². `None` if this is not certain. With contacts
+    /// between them impacts are followed one by one.
     fn chatters(&self) -> Option<bool> {
-        if (-self.psi[0]).is_not_negative() {
+        if (-self.psi[0]).is_not_negative() || !self.between.is_empty() {
             return Some(false);
         }
         let bound = (self.e[0].root()? + self.e[1].root()?).square();
@@ -116,7 +117,9 @@ impl<T: Enclosed> Model<T> {
         motion.gaps[j].u = -one::<T>();
         let mut a = j;
         for _ in 0..AT_ONCE {
-            motion.collide(a, -motion.gaps[a].u);
+            if !self.hits_line(&mut motion, a) {
+                break;
+            }
             let other = motion.gaps[1 - a].u;
             if other.is_not_negative() {
                 return Ok((motion, a));
@@ -127,6 +130,67 @@ impl<T: Enclosed> Model<T> {
             a = 1 - a;
         }
         Err(motion)
+    }
+}
+
+impl<T: Enclosed> Model<T> {
+    /// The impact of contact a, which approaches the ground with the speed s, while the other one, z, is on the ground too and does not approach; and of
+    /// those contacts between them that approach. False if the intervals do not decide.
+    ///
+    /// Newton's law for all contacts that approach together: ξ = u⁺ + eu⁻ ≥ 0 ⊥ P ≥ 0. On a line ξ is affine. So at most two contacts have an impulse: a, and p,
+    /// the one nearest to z that approaches. With w the place of p from z to a, and q = ws − (1 − w)u_z its speed, the solution is unique:
+    ///
+    /// * only a, if D_pa s ≥ D_aa q;
+    /// * only p, if D_pa q ≥ D_pp s;
+    /// * both otherwise; then ξ = 0 on the whole line, and all rates become −e times themselves.
+    fn hits_line(&self, motion: &mut Motion<'_, T>, a: usize) -> bool {
+        let z = 1 - a;
+        let (s, u_z) = (-motion.gaps[a].u, motion.gaps[z].u);
+        let only_a = |motion: &mut Motion<'_, T>| {
+            motion.collide(a, s);
+            true
+        };
+        if self.between.is_empty() || (-self.psi[a]).is_not_negative() {
+            return only_a(motion);
+        }
+        if !self.psi[a].is_positive() {
+            return false;
+        }
+        let mut nearest: Option<(T, T)> = None;
+        for place in &self.between {
+            let w = if z == 0 { *place } else { one::<T>() - *place };
+            let q = w * s - (one::<T>() - w) * u_z;
+            if q.is_positive() {
+                match nearest {
+                    Some((other, _)) if (w - other).is_not_negative() => {}
+                    Some((other, _)) if !(other - w).is_positive() => return false,
+                    _ => nearest = Some((w, q)),
+                }
+            } else if !(-q).is_not_negative() {
+                return false;
+            }
+        }
+        let Some((w, q)) = nearest else { return only_a(motion) };
+        // D over D_zz: D_za = −ψ_z, D_aa = ψ_z/ψ_a.
+        let v = one::<T>() - w;
+        let (za, Some(aa)) = (-self.psi[z], self.psi[z].over(self.psi[a])) else { return false };
+        let (zp, pa) = (v + w * za, v * za + w * aa);
+        let pp = v * zp + w * pa;
+        if (pa * s - aa * q).is_not_negative() {
+            return only_a(motion);
+        }
+        let e = self.e[a];
+        if (pa * q - pp * s).is_not_negative() {
+            let Some(impulse) = ((one::<T>() + e) * q).over(pp) else { return false };
+            motion.gaps[a].u = motion.gaps[a].u + pa * impulse;
+            motion.gaps[z].u = u_z + zp * impulse;
+        } else if (aa * q - pa * s).is_positive() && (pp * s - pa * q).is_positive() {
+            motion.gaps[a].u = e * s;
+            motion.gaps[z].u = -(e * u_z);
+        } else {
+            return false;
+        }
+        true
     }
 }
 

@@ -105,6 +105,8 @@ pub(crate) struct Model<T> {
     kappa: [T; 2],
     /// Number of contacts. Contacts beyond it never land.
     pub(crate) count: usize,
+    /// Places of further contacts on the line from contact 1 (0) to contact 2 (1), strictly between them, with equal normals and equal restitutions.
+    pub(crate) between: Vec<T>,
     clattering: Option<Clattering<T>>,
 }
 
@@ -167,7 +169,7 @@ impl<T: Enclosed> Model<T> {
     pub(crate) fn new(g: [T; 2], psi: [T; 2], e: [T; 2], count: usize) -> Self {
         let kappa = [0, 1].map(|i| (one::<T>() + e[i]) * psi[i]);
         let clattering = if count == 2 { Clattering::new(g, kappa, e) } else { None };
-        Self { g, e, psi, kappa, count, clattering }
+        Self { g, e, psi, kappa, count, between: Vec::new(), clattering }
     }
 
     /// Returns true if gravity presses both contacts down, and an impact at either contact presses the other down.
