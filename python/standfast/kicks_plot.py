@@ -6,10 +6,11 @@ import numpy as np
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import PercentFormatter
+from matplotlib.ticker import LogLocator, NullFormatter, PercentFormatter
 
-from standfast._core import Robustness, SmallestPush
+from standfast._core import Robustness, SmallestPush, stability
 from standfast.plot import COLORS, Picture, axes_or_none, fitted, save
+from standfast.table import rounded_down
 
 #: Width and height of a new figure, in inches (one column of a paper); size of its text, in points; dots per inch.
 WIDTH, HEIGHT, TEXT, DPI = 3.4, 2.5, 8.0, 220
@@ -60,6 +61,20 @@ def draw_shares(axes: Axes, result: Robustness) -> None:
         label=f"{result.trials} kicks of each size, interval of 95 %",
     )
     axes.set_xscale("log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    verdict = stability(result.posture)
+    speed = verdict.safe_speed
+    law = result.options["impact"]
+    if speed is not None and result.options["model"] == "full" and law in verdict.laws:
+        axes.axvline(
+            speed,
+            color=COLORS[1],
+            linestyle="--",
+            linewidth=1.2,
+            label=f"safe speed {rounded_down(speed)} m/s, proved",
+        )
     axes.set_ylim(-ROOM, 1.0 + ROOM)
     axes.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
     axes.grid(color="0.9", linewidth=0.6)

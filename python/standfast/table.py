@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from decimal import ROUND_CEILING, Context, Decimal
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -253,6 +253,10 @@ def verdict_table(verdict: sf.Verdict) -> str:
     else:
         reason = NO_BOUND[str(verdict.amplification_reason)]
         lines.append(f"  amplification     no bound: {reason}")
+    if (speed := verdict.safe_speed) is not None:
+        lines.append(
+            f"  safe speed        {rounded_down(speed)} m/s: in the full model the body comes back from every slower kick"
+        )
     if (trials := verdict.trials) is not None:
         others = "".join(
             f", {count} {name}" for name, count in trials["others"].items()
@@ -434,6 +438,16 @@ def _rounded_up(value: float) -> str:
     """
     exact = Decimal(value)
     return f"{float(Context(prec=3, rounding=ROUND_CEILING).plus(exact)):.6g}"
+
+
+def rounded_down(value: float) -> str:
+    """The value rounded down to three digits.
+
+    >>> rounded_down(1.0), rounded_down(1.23999)
+    ('1', '1.23')
+    """
+    exact = Decimal(value)
+    return f"{float(Context(prec=3, rounding=ROUND_FLOOR).plus(exact)):.6g}"
 
 
 def _yes(answer: bool | None) -> str:

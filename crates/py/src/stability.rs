@@ -280,6 +280,15 @@ impl PyVerdict {
         self.verdict.amplification.ok()
     }
 
+    /// A speed, in m/s: after every kick (a velocity at rest in the posture) with √(ẋ² + ẏ² + ρ²θ̇²) below it the body comes back to rest in the
+    /// full model, with the laws of impact in `laws`. All contacts then touch, or hover at less than a tenth of the size of the body. It is proved, and a
+    /// lower bound: some faster kicks may come back, too. None unless the body stands in a well (`stays`) or on level ground, on straight lines, with friction at all
+    /// contacts, all of them below the centre of mass, and no contact jams nearby: see the theory page.
+    #[getter]
+    fn safe_speed(&self) -> Option<f64> {
+        self.verdict.safe_speed
+    }
+
     /// Why amplification is None: "not-stable" (the verdict is not "stable"), "energy" (energy does not bound the frictionless
     /// motion), "falls" (gravity does not pull onto the terrain of a contact), "modes" (the motion after a slide or a landing is not
     /// certain), "cells" (the corner map does not bound the growth), "rounding" (above 1e300), "pairs" (the bound of a pair

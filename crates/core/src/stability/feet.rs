@@ -265,7 +265,7 @@ impl Carried {
         let f = posture.fields();
         let contacts = posture.contacts();
         let rows: Vec<Row> = contacts.iter().map(|k| Row::of(k, f.center_of_mass, width)).collect();
-        let along = |k: usize| rows[k].along().middle();
+        let along = |k: usize| rows[k].b.middle();
         let mut others: Vec<usize> = (0..contacts.len()).collect();
         let (mut lines, mut carried) = (Vec::new(), Vec::new());
         for first in 0..contacts.len() {
@@ -397,6 +397,12 @@ pub(super) fn neutral(posture: &Posture, options: StabilityOptions) -> Option<Fi
         };
         Finding::Decided(Stability::Stable, Argument::Neutral, evidence)
     })
+}
+
+/// Returns true if the body stands on level ground and *Neutral* proves that it is stable.
+pub(super) fn is_level(posture: &Posture, options: StabilityOptions) -> bool {
+    posture.contacts().iter().all(|contact| contact.slope == 0.0)
+        && matches!(neutral(posture, options), Some(Finding::Decided(Stability::Stable, ..)))
 }
 
 /// The finding for one contact, or for three and more, and the well, if the posture is one. `carried`: contacts that were left out. `moves_away`: a word at rest in which the body

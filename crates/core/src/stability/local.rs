@@ -103,10 +103,10 @@ pub(super) fn solve([[a, b], [c, d]]: [[I; 2]; 2], [p, q]: [I; 2]) -> [I; 2] {
 
 /// A contact: its normal and its tangent, and its arm from the centre of mass along the tangent (b) and along the normal (c), in m.
 pub(super) struct Row {
-    n: [I; 2],
+    pub(super) n: [I; 2],
     t: [I; 2],
-    b: I,
-    c: I,
+    pub(super) b: I,
+    pub(super) c: I,
 }
 
 impl Row {
@@ -126,11 +126,6 @@ impl Row {
         Self { n, t, b, c }
     }
 
-    /// The arm along the tangent.
-    pub(super) fn along(&self) -> I {
-        self.b
-    }
-
     /// The place of this contact on the line from one with an equal normal (0) to another one (1); `None` unless it is on this line and strictly
     /// between them.
     pub(super) fn between(&self, from: &Self, to: &Self, size: f64) -> Option<I> {
@@ -138,6 +133,21 @@ impl Row {
         let off = (self.c - from.c - place * (to.c - from.c)).middle();
         let inside = place.is_positive() && (I::ONE - place).is_positive();
         (inside && off.abs() <= ON_ONE_LINE * size).then_some(place)
+    }
+
+    /// The row after a turn of the body with this cosine and sine.
+    pub(super) fn turned(&self, cos: I, sin: I) -> Self {
+        Self { b: self.b * cos - self.c * sin, c: self.c * cos + self.b * sin, ..*self }
+    }
+
+    /// The horizontal distance of the contact from the centre of mass.
+    pub(super) fn along_level(&self) -> I {
+        self.t[0] * self.b + self.n[0] * self.c
+    }
+
+    /// The height of the contact above the centre of mass.
+    pub(super) fn height(&self) -> I {
+        self.t[1] * self.b + self.n[1] * self.c
     }
 
     /// The direction (x, y, θ) in which both contacts stay on their ground: N_1 × N_2, N = (n, b).
@@ -176,16 +186,22 @@ impl Local {
     }
 
     /// The constants of a body on these two contacts.
-    pub(super) fn of(
+    pub(super) fn of(f: &PostureFields, pair: [&Contact; 2], width: f64) -> Option<Self> {
+        let [first, second] = pair.map(|contact| Row::of(contact, f.center_of_mass, width));
+        Self::of_rows(f, pair, [&first, &second], width)
+    }
+
+    /// The same with these rows.
+    pub(super) fn of_rows(
         f: &PostureFields,
         [first, second]: [&Contact; 2],
+        rows: [&Row; 2],
         width: f64,
     ) -> Option<Self> {
         let exact = |x: f64| I::from(x);
         let gravity = exact(f.gravity);
         let wide = |x: f64| exact(x).widened(width * x);
         let rho2 = wide(f.gyration_radius).square();
-        let rows = [first, second].map(|contact| Row::of(contact, f.center_of_mass, width));
         let dot = |x: [I; 2], y: [I; 2]| x[0] * y[0] + x[1] * y[1];
         let both = |f: &dyn Fn(usize, usize) -> I| [[f(0, 0), f(0, 1)], [f(1, 0), f(1, 1)]];
         let nn = both(&|i, j| {
@@ -198,7 +214,7 @@ impl Local {
         });
         let each = |f: &dyn Fn(usize) -> I| [f(0), f(1)];
         let tt = each(&|i| I::ONE + rows[i].c.square() / rho2);
-        let z = rows[0].along_both(&rows[1]);
+        let z = rows[0].along_both(rows[1]);
         let size = length(z, rho2);
         if !size.is_positive() {
             return None;

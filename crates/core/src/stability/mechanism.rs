@@ -67,6 +67,7 @@ pub fn mechanism_stability(
     }
     if let Some(body) = RigidBody::of(mechanism) {
         let mut verdict = judge(&body.posture, options, Details::ALL)?;
+        verdict.safe_speed = None;
         body.translate(mechanism, &mut verdict);
         return Ok(verdict);
     }

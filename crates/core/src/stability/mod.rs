@@ -16,6 +16,7 @@
 //! All results hold for the local model: small motions, to first order.
 
 mod amplification;
+mod barrier;
 mod cells;
 mod certify;
 mod clattering;
@@ -396,6 +397,11 @@ pub struct Verdict {
     pub flight: Option<FlightsEnd>,
     /// The well in which the body stands, if it does: see [`Well::radius`].
     pub well: Option<Well>,
+    /// A speed, in m/s: after every kick (a velocity at rest in the posture) with √(ẋ² + ẏ² + ρ²θ̇²) below it the body comes back to rest in the full
+    /// model, with [`laws`](Self::laws) of impact. All contacts then touch, or hover at less than a tenth of the size of the body. It is a lower bound, and proved.
+    /// `None` unless the body stands in a [`Well`] or on level ground, on straight lines of ground of its contacts, which all have friction and are below the centre of mass, and no contact jams nearby.
+    #[serde(default)]
+    pub safe_speed: Option<f64>,
     /// Number of independent motions that no contact feels, of a mechanism with more than three coordinates that are not locked: after a kick
     /// they go on for ever, whatever the contacts do. A verdict on such a mechanism is about its contacts only.
     #[serde(default)]
@@ -508,11 +514,29 @@ pub(crate) fn judge(
     options: StabilityOptions,
     details: Details,
 ) -> Result<Verdict, Error> {
-    if let Some((standing, places)) = conditions::of_those_that_touch(posture)? {
-        let mut verdict = judge(&standing, options, details)?;
-        verdict.renumber(&places);
-        return Ok(verdict);
+    let touching = conditions::of_those_that_touch(posture)?;
+    let standing = touching.as_ref().map_or(posture, |(standing, _)| standing);
+    let mut verdict = judge_standing(standing, options, details)?;
+    if details.amplification
+        && verdict.frictional_stability == Stability::Stable
+        && (verdict.by == Some(Argument::Well) || feet::is_level(standing, options))
+    {
+        let all = (0..posture.contacts().len()).collect();
+        let places = touching.as_ref().map_or(&all, |(_, places)| places);
+        verdict.safe_speed = barrier::safe_speed(posture, standing, places, options.width);
     }
+    if let Some((_, places)) = &touching {
+        verdict.renumber(places);
+    }
+    Ok(verdict)
+}
+
+/// The verdict on a posture all of whose contacts touch.
+fn judge_standing(
+    posture: &Posture,
+    options: StabilityOptions,
+    details: Details,
+) -> Result<Verdict, Error> {
     let mut verdict = judge_exactly_these(posture, options, details.amplification)?;
     if details.delicate && verdict.by.is_none() && options.width > 0.0 {
         let exact = StabilityOptions { width: 0.0, ..options };
@@ -599,6 +623,7 @@ impl Verdict {
             energy: None,
             flight: None,
             well: None,
+            safe_speed: None,
             free_motion: 0,
             laws: vec![Impact::Newton],
             jams: options.jams,
