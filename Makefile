@@ -62,7 +62,7 @@ python:
 # runs one of them.
 LONG := $(BIN)/python -m pytest -q -n 2 --dist worksteal
 CAMPAIGNS := long-rust long-files long-oracle long-symmetry long-relations long-together long-middle long-bounces long-fuzz \
-	long-kicks long-vertices long-friction long-modes long-walls long-ground long-stability long-sides long-films
+	long-kicks long-vertices long-friction long-modes long-walls long-ground long-stability long-cut long-joints long-sides long-films
 .PHONY: $(CAMPAIGNS)
 long: $(CAMPAIGNS)
 long $(CAMPAIGNS): EXTRA := test
@@ -110,6 +110,11 @@ long-stability:
 	STANDFAST_WALL_STANCES=3000 STANDFAST_WALL_KICKED=150 STANDFAST_VERDICTS=2000 STANDFAST_EXISTENCE=20000 STANDFAST_DRIFT=20000 \
 		STANDFAST_CERTIFICATES=2000 STANDFAST_FEET=400 STANDFAST_FEET_EVENTS=1000 STANDFAST_WELLS=60 STANDFAST_JAMS=1000 \
 		STANDFAST_JAMS_KICKS=200 STANDFAST_FLIGHTS=200 STANDFAST_PUSHED=200 $(LONG) tests/stability
+long-cut:
+	STANDFAST_CUT=2000 STANDFAST_MOVED=12500 STANDFAST_LINES=1000 STANDFAST_SAFE=60 $(LONG) \
+		tests/stability/test_cut_flights.py tests/stability/test_lines.py tests/stability/test_safe_speed.py
+long-joints:
+	STANDFAST_JOINTS=10000 $(LONG) tests/mechanisms/test_joints.py
 long-sides:
 	STANDFAST_SIDE_THROWS=9000 STANDFAST_SIDE_STEPPED=200 STANDFAST_EDGE_THROWS=40000 STANDFAST_FLUSH_SLIDES=10000 \
 		STANDFAST_DISCS=20000 STANDFAST_CORNER_THROWS=5000 $(LONG) tests/motion/test_sides_on_corners.py tests/motion/test_ends_of_sides.py \
@@ -183,6 +188,11 @@ calls: wheel
 footprint: EXTRA :=
 footprint: wheel
 	$(BIN)/python benches/footprint.py
+
+# How far a guaranteed speed is from the smallest kick that does not come back, and whether all slower ones do: half an hour.
+safe: EXTRA :=
+safe: wheel
+	$(BIN)/python benches/safe_speeds.py 500 1000
 
 # Seconds for a map of 500 x 500 postures, a table of undecided postures, and pictures of maps: second_figure.png, third_figure.png,
 # shape_chaos.png.

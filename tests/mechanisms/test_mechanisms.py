@@ -45,7 +45,7 @@ def test_the_verdict_on_a_body_is_that_on_its_posture(jams):
 
 def test_the_table_says_what_the_joints_change():
     verdict = sf.stability(jointed(), trials=20)
-    assert (verdict.frictional_stability, verdict.reason) == ("undecided", "joints")
+    assert (verdict.frictional_stability, verdict.by) == ("stable", "bounded-corners")
     assert verdict.trials["kicks"] == 20
     locked = sf.stability(jointed(locked=[3]))
     assert locked.frictional_stability == "stable"

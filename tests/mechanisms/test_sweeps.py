@@ -40,7 +40,7 @@ def test_every_point_is_the_verdict_on_its_mechanism(tmp_path):
                 assert bool(point.equilibrium) == verdict.equilibrium
                 assert float(point.equilibrium_margin) == verdict.equilibrium_margin
                 assert np.isnan(point.coupling)
-    assert set(np.unique(grid.by)) == {"no-solution", "undecided"}
+    assert set(np.unique(grid.by)) == {"bounded-corners", "no-solution", "undecided"}
     assert grid["joint.1.angle"].attrs == {"long_name": "joint 1 angle", "units": "rad"}
     assert grid.attrs["chain"] == repr(chain)
     again = sf.sweep(chain, over, names, q=Q, cache=tmp_path, chunk=7)

@@ -12,7 +12,7 @@ import standfast as sf
 sys.path.append(str(Path(__file__).parents[2] / "benches"))
 from safe_speeds import BELOW, box, feet
 
-#: Number of postures that are kicked, with a hundred kicks each. `make long-kicks` sets more.
+#: Number of postures that are kicked, with a hundred kicks each. `make long-cut` sets more.
 KICKED = int(os.environ.get("STANDFAST_SAFE", "8"))
 
 
