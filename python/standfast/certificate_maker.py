@@ -149,10 +149,6 @@ def _data(
                 "width": float(evidence["width"]).hex(),
                 "rays": [ray["contacts"] for ray in evidence["rays"]],
             }
-        case "descending-pair" if not evidence["rays"]:
-            raise ValueError(
-                "there is no certificate yet of feet on one line of ground"
-            )
         case "descending-pair":
             return {
                 "rays": [ray["contacts"] for ray in evidence["rays"]],

@@ -165,3 +165,31 @@ def test_a_line_may_be_given_in_any_order(count):
         order = rng.permutation(count)
         other = with_feet(posture, order)
         assert sf.stability(posture).by == sf.stability(other).by
+
+
+def test_lines_have_certificates():
+    """Those that are changed are refused: an inner foot at another place, or with another friction, or left out."""
+    rng = np.random.default_rng(6)
+    decided = made = 0
+    while decided < 30:
+        posture = line(rng, 3, rng.choice([0.0, 0.3, 0.6]))
+        verdict = sf.stability(posture)
+        if verdict.by != "descending-pair":
+            continue
+        decided += 1
+        try:
+            certificate = verdict.certificate()
+        except ValueError:
+            continue
+        made += 1
+        sf.certificate.check(certificate)
+        inner = certificate["scene"]["contacts"][1]
+        for key, value in (("friction", 0.1), ("slope", 0.3), ("restitution", 0.01)):
+            kept, inner[key] = inner[key], value.hex()
+            with pytest.raises(ValueError, match=r"contacts|rays"):
+                sf.certificate.check(certificate)
+            inner[key] = kept
+        inner["point"][0] = (float.fromhex(inner["point"][0]) + 0.001).hex()
+        with pytest.raises(ValueError, match=r"contacts|rays"):
+            sf.certificate.check(certificate)
+    assert made >= 28, made

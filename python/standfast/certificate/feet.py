@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
@@ -18,7 +18,7 @@ from .intervals import (
     require,
     scaled,
 )
-from .scene import Body, direction, entry, number
+from .scene import Body, direction, entry, number, without_carried
 from .words import SIDES, Pair
 
 
@@ -40,6 +40,7 @@ def no_solution(body: Body, data: Any) -> None:
     Two contacts: no word goes on from their slide (see `Pair.continuations`), and the displacement along z opens all others.
     """
     require(not body.resolves_jams, "an impact ends a jam")
+    body, _ = without_carried(body)
     slides = slides_of(data, body)
     speed = direction(body, data, "qdot")
     for i, side in slides:
@@ -180,6 +181,7 @@ def goes_on(pair: Pair) -> None:
 
 def well(body: Body, data: Any) -> None:
     """All rays ascend, by at least w times their largest component, and a motion always exists."""
+    body, _ = without_carried(body)
     found = rays(body, data)
     width = Interval.of(Fraction(number(entry(data, "width", "data"), "data.width")))
     positive(width, "data.width")
@@ -204,7 +206,21 @@ def well(body: Body, data: Any) -> None:
 
 def descending_pair(body: Body, data: Any, claimed: Callable[[Body, Any], str]) -> str:
     """One ray does not ascend, and its pair decides; or the pairs of all rays that descend do not hold the body. `claimed` checks the claim
-    on a pair as the only contacts."""
+    on a pair as the only contacts. On one line of ground the outer contacts are the pair, and there is no ray."""
+    body, lines = without_carried(body)
+
+    def part(names: list[int]) -> Body:
+        between = lines.get(tuple(names), [])  # type: ignore[call-overload]
+        return replace(body.part(names), between=tuple(between))
+
+    if len(body.feet) == 2 and lines and entry(data, "rays", "data") == []:
+        outer = [foot.name for foot in body.feet]
+        pairs = entry(data, "pairs", "data")
+        require(
+            isinstance(pairs, list) and len(pairs) == 1,
+            "data.pairs is not one pair",
+        )
+        return claimed(part(outer), pairs[0])
     found = rays(body, data)
     core = [ray for ray in found if ray.rise != 1]
     pairs = entry(data, "pairs", "data")
@@ -226,7 +242,7 @@ def descending_pair(body: Body, data: Any, claimed: Callable[[Body, Any], str]) 
     verdicts = []
     for pair in pairs:
         claim = entry(pair, "claim", "pair")
-        verdicts.append(claimed(body.part(claim["contacts"]), pair))
+        verdicts.append(claimed(part(claim["contacts"]), pair))
     if len(core) == 1 and verdicts[0] == "stable":
         moves_on(body, found)
         return "stable"

@@ -181,11 +181,48 @@ class Flights:
         after[1 - i] = u[1 - i] + (ONE + self.e[i]) * self.psi[i] * u[i]
         return after
 
+    def hit_line(self, u: list[Interval], a: int) -> list[Interval]:
+        """Rates after an impact at a, with both contacts on the ground, and of the contacts between them that approach, by Newton's law for all
+        of them: ξ = u⁺ + eu⁻ ≥ 0 ⊥ P ≥ 0, which is affine on the line.
+
+        Only a and p, the one nearest to the other contact z that approaches, may have impulses: only a if D_pa s ≥ D_aa q, only p if D_pa q ≥ D_pp s,
+        with the speeds s of a and q of p, and both otherwise: then ξ = 0 on the whole line."""
+        z, one = 1 - a, ONE
+        sign = self.psi[a].sign()
+        require(
+            sign is not None or not self.body.between, "the sign of ψ is not certain"
+        )
+        shares = [w if z == 0 else one - w for w in self.body.between]
+        for w in sorted(shares, key=lambda share: share.lo) if sign == 1 else ():
+            q = -((one - w) * u[z] + w * u[a])
+            require(q.sign() is not None, "whether a contact approaches is not certain")
+            if q.sign() == 1:
+                break
+        else:
+            return self.hit(u, a)
+        v, nn = one - w, self.nn
+        pa, pz = v * nn[z][a] + w * nn[a][a], v * nn[z][z] + w * nn[z][a]
+        pp = v * pz + w * pa
+        of_a, of_p = (nn[a][a] * q + pa * u[a]).sign(), (-pp * u[a] - pa * q).sign()
+        require(
+            of_a is not None and of_p is not None,
+            "which contacts are hit is not certain",
+        )
+        after = list(u)
+        if of_a != 1:
+            return self.hit(u, a)
+        if of_p != 1:
+            impulse = (one + self.e[a]) * q / pp
+            after[a], after[z] = u[a] + pa * impulse, u[z] + pz * impulse
+        else:
+            after[a], after[z] = -(self.e[a] * u[a]), -(self.e[z] * u[z])
+        return after
+
     def chatters(self) -> bool:
         """Whether the impacts of two closed contacts alternate for ever: ψ > 0 and Goyal's bound."""
         sign = self.psi[0].sign()
         require(sign is not None, "the sign of ψ is not certain")
-        if sign != 1:
+        if sign != 1 or self.body.between:
             return False
         p = [(ONE + self.e[i]) * self.psi[i] for i in range(2)]
         room = p[0] * p[1] - (self.e[0].sqrt() + self.e[1].sqrt()).square()
@@ -250,7 +287,7 @@ class Flights:
         u, last = [ZERO, ZERO], j
         u[j] = -ONE
         for _ in range(IMPACTS):
-            u = self.hit(u, last)
+            u = self.hit_line(u, last)
             sign = u[1 - last].sign()
             require(sign is not None, "the order of impacts is not certain")
             if sign != -1:

@@ -83,6 +83,7 @@ def strong(body: Body, strict: bool) -> tuple[Interval, list[Interval]]:
 
     Kinematic-strong; one word goes on from each slide of both contacts; λ > 0; ψ_1, ψ_2 > 0."""
     require(len(body.feet) == 2, "the body does not stand on two contacts")
+    require(not body.between, "the bound is one for two contacts alone")
     pair = Pair(body)
     kinematic_strong(pair, strict)
     for way in (1, -1):

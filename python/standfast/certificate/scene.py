@@ -15,6 +15,7 @@ from typing import Any
 
 from .intervals import (
     ONE,
+    UNIT,
     Interval,
     Vector,
     cosine_and_sine,
@@ -23,6 +24,9 @@ from .intervals import (
     require,
     scaled,
 )
+
+#: Distance from the line of two other contacts below which a contact counts as on it, in sizes of the body: coordinates in decimals are rounded.
+ON_ONE_LINE = UNIT // 10**12
 
 #: Largest number of contacts: with more, a check might last for minutes.
 MOST_CONTACTS = 1000
@@ -77,6 +81,8 @@ class Body:
     feet: tuple[Foot, ...]
     #: Whether a plastic impact ends a jam. Otherwise no motion goes on.
     resolves_jams: bool = False
+    #: Of a body on two contacts: places of contacts that they carry, from the first (0) to the second (1).
+    between: tuple[Interval, ...] = ()
 
     @cached_property
     def inverse(self) -> Vector:
@@ -122,6 +128,41 @@ class Body:
             f"{names!r} are not numbers of contacts of the scene",
         )
         return [known[k] for k in names]
+
+
+def without_carried(body: Body) -> tuple[Body, dict[tuple[int, int], list[Interval]]]:
+    """The body without the contacts that others carry, and their places, by the numbers of the outer contacts of their line.
+
+    A line: three or more contacts of one slope, friction and restitution, all of which are within 1e-12 of the size of the body of the line
+    through the outer two. Places go from 0 at the first of these to 1 at the other one, in the order of the list of contacts."""
+    groups: dict[tuple[float, int, int], list[Foot]] = {}
+    for foot in body.feet:
+        key = foot.slope, foot.friction.lo, foot.restitution.lo
+        groups.setdefault(key, []).append(foot)
+    left, lines = list(body.feet), {}
+    for feet in groups.values():
+        low, high = (
+            choose(feet, key=lambda foot: foot.normal[2].lo) for choose in (min, max)
+        )
+        ends = [foot for foot in feet if foot.name in (low.name, high.name)]
+        inner = [foot for foot in feet if foot not in ends]
+        if len(ends) != 2 or not inner:
+            continue
+        first, last = ends
+        places = []
+        for foot in inner:
+            place = (foot.normal[2] - first.normal[2]) / (
+                last.normal[2] - first.normal[2]
+            )
+            off = foot.tangent[2] - first.tangent[2]
+            off -= place * (last.tangent[2] - first.tangent[2])
+            on_line = max(abs(off.lo), abs(off.hi)) <= ON_ONE_LINE
+            if on_line and place.lo > 0 and (ONE - place).lo > 0:
+                places.append(place)
+        if len(places) == len(inner):
+            lines[first.name, last.name] = places
+            left = [foot for foot in left if foot not in inner]
+    return replace(body, feet=tuple(left)), lines
 
 
 def power_of_two(value: Fraction) -> Fraction:
