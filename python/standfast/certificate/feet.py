@@ -210,8 +210,8 @@ def descending_pair(body: Body, data: Any, claimed: Callable[[Body, Any], str]) 
     body, lines = without_carried(body)
 
     def part(names: list[int]) -> Body:
-        between = lines.get(tuple(names), [])  # type: ignore[call-overload]
-        return replace(body.part(names), between=tuple(between))
+        one, two = names
+        return replace(body.part(names), between=tuple(lines.get((one, two), [])))
 
     if len(body.feet) == 2 and lines and entry(data, "rays", "data") == []:
         outer = [foot.name for foot in body.feet]
