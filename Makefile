@@ -189,7 +189,7 @@ footprint: EXTRA :=
 footprint: wheel
 	$(BIN)/python benches/footprint.py
 
-# How far a guaranteed speed is from the smallest kick that does not come back, and whether all slower ones do: half an hour.
+# How far a guaranteed speed is from the smallest kick that does not come back, and whether all slower ones do: two hours.
 safe: EXTRA :=
 safe: wheel
 	$(BIN)/python benches/safe_speeds.py 500 1000
