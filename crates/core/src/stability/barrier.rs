@@ -24,7 +24,7 @@ use crate::body::contact::Contact;
 use crate::body::posture::Posture;
 use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
-use crate::stability::local::{Local, Row};
+use crate::stability::local::{Local, Row, solve};
 use crate::tolerance::{TOUCH, TRIGONOMETRIC_ERROR};
 
 type I = Interval;
@@ -97,22 +97,20 @@ impl Line {
     }
 }
 
-/// Shares λ ≥ 0 with e_y = λ_1 n_1 + λ_2 n_2; `None` if they are not certain.
+/// The solution of two linear equations, if it is certain that there is one.
+fn certain(solution: [I; 2]) -> Option<[I; 2]> {
+    solution.iter().all(|x| x.lo.is_finite() && x.hi.is_finite()).then_some(solution)
+}
+
+/// λ with e_y = λ_1 n_1 + λ_2 n_2; `None` if the lines may be parallel.
 fn shares(one: &Line, two: &Line) -> Option<[I; 2]> {
-    let det = one.n[0] * two.n[1] - one.n[1] * two.n[0];
-    if det.contains_zero() {
-        return None;
-    }
-    let share = [-two.n[0] / det, one.n[0] / det];
-    share.iter().all(|x| x.lo >= 0.0).then_some(share)
+    let rows = [[one.n[0], two.n[0]], [one.n[1], two.n[1]]];
+    certain(solve(rows, [I::ZERO, I::ONE]))
 }
 
 /// The point of two lines; `None` if they may be parallel.
 fn crossing(one: &Line, two: &Line) -> Option<[I; 2]> {
-    let det = one.n[0] * two.n[1] - one.n[1] * two.n[0];
-    let part = |p: I, q: I, x: I, y: I| (p * y - q * x) / det;
-    (!det.contains_zero())
-        .then(|| [part(one.d, two.d, one.n[1], two.n[1]), part(two.d, one.d, two.n[0], one.n[0])])
+    certain(solve([one.n, two.n], [one.d, two.d]))
 }
 
 /// The guaranteed speed, √(ẋ² + ẏ² + ρ²θ̇²) in m/s, of a posture that stands in a well or on level ground; `None` if no speed is certain, or if the body or its ground are more
@@ -160,7 +158,7 @@ impl Barrier<'_> {
         let [from, to] = turn.size;
         let at = 0.5 * (from + to);
         let middle = Turn::new(at, at, turn.side);
-        let reach = (0.5 * (to - from)).next_up();
+        let reach = (to - at).max(at - from).next_up();
         let line = |row: &Row| {
             // The mean value theorem, with d' = c sin θ − b cos θ.
             let rises = row.c * turn.sin - row.b * turn.cos;
@@ -190,7 +188,9 @@ impl Barrier<'_> {
         let mut least = f64::NEG_INFINITY;
         for (i, one) in lines.iter().enumerate() {
             for two in &lines[i + 1..] {
-                if let Some([a, b]) = shares(one, two) {
+                if let Some([a, b]) = shares(one, two)
+                    && a.lo.min(b.lo) >= 0.0
+                {
                     least = least.max((a * one.d + b * two.d).lo);
                 }
             }
@@ -236,13 +236,15 @@ impl Barrier<'_> {
         let turn = Turn::new(angle(k), angle(k + 1), side);
         let rows: Vec<Row> = self.rows.iter().map(|row| row.turned(turn.cos, turn.sin)).collect();
         let lines = self.lines(turn);
-        let certain =
-            |both: Option<[I; 2]>| both.is_some_and(|both| both.iter().all(|x| x.is_positive()));
-        let walled = (0..lines.len())
-            .any(|i| lines[i + 1..].iter().any(|two| certain(shares(&lines[i], two))));
+        let walls = |one: &Line, two: &Line| {
+            shares(one, two).is_some_and(|both| both.iter().all(|x| x.is_positive()))
+        };
+        let walled =
+            (0..lines.len()).any(|i| lines[i + 1..].iter().any(|two| walls(&lines[i], two)));
         let bounded = walled || lines.iter().all(Line::is_level);
         let sound = (0..rows.len()).filter(|i| Self::may_touch(&lines, *i, height)).all(|i| {
             let (row, friction) = (&rows[i], f.contacts[i].friction);
+            let friction = I::from(friction).widened(self.width * friction);
             let soft = |way: f64| row.stiffness(friction, way, self.rho2).is_positive();
             row.height().is_negative()
                 && !row.along_level().contains_zero()
@@ -282,9 +284,8 @@ impl Barrier<'_> {
     fn may_touch(lines: &[Line], i: usize, height: f64) -> bool {
         let one = &lines[i];
         let rises_by = |two: &Line| {
-            let det = one.n[0] * two.n[1] - one.n[1] * two.n[0];
-            let [a, b] = [-two.n[0] / det, one.n[0] / det];
-            !det.contains_zero() && b.lo >= 0.0 && (a * one.d + b * two.d).lo > height
+            shares(one, two)
+                .is_some_and(|[a, b]| b.lo >= 0.0 && (a * one.d + b * two.d).lo > height)
         };
         let is_kept_open = |two: &Line| one.n == two.n && (two.d - one.d).is_positive();
         let rises = one.is_level() && (one.d / one.n[1]).lo > height;

@@ -570,7 +570,7 @@ pub(super) fn laws(posture: &Posture) -> Vec<Impact> {
         let row = Row::of(contact, f.center_of_mass, 0.0);
         [1.0, -1.0]
             .into_iter()
-            .all(|side| row.stiffness(contact.friction, side, rho2).is_positive())
+            .all(|side| row.stiffness(I::from(contact.friction), side, rho2).is_positive())
     });
     let mut laws = vec![Impact::Newton];
     if soft {

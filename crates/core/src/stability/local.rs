@@ -157,8 +157,8 @@ impl Row {
     }
 
     /// N M⁻¹ (N − σμT)ᵀ per unit mass, see [`Local::stiffness`].
-    pub(super) fn stiffness(&self, friction: f64, side: f64, rho2: I) -> I {
-        let arm = self.b + self.c * I::from(friction).times(side);
+    pub(super) fn stiffness(&self, friction: I, side: f64, rho2: I) -> I {
+        let arm = self.b + self.c * friction.times(side);
         I::ONE + self.b * arm / rho2
     }
 
