@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 PROFILE := --profile dist
 
-.PHONY: demo check test rust python long bits bench caps explorer site links gallery maps robot sweeps chart growth atlas accuracy calls footprint fuzz mutate crate audit dist pythons version wheel clean
+.PHONY: demo check test rust python long bits bench caps explorer site links gallery maps robot sweeps chart growth atlas accuracy safe feet calls footprint fuzz mutate crate audit dist pythons version wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -193,6 +193,11 @@ footprint: wheel
 safe: EXTRA :=
 safe: wheel
 	$(BIN)/python benches/safe_speeds.py 500 1000
+
+# Which bodies on random feet are undecided, and which verdicts have certificates: a minute and a half.
+feet: EXTRA :=
+feet: wheel
+	$(BIN)/python benches/open_feet.py
 
 # Seconds for a map of 500 x 500 postures, a table of undecided postures, and pictures of maps: second_figure.png, third_figure.png,
 # shape_chaos.png.
