@@ -16,6 +16,8 @@ import standfast as sf
 
 EXAMPLE = Path(__file__).parent.parent / "examples" / "third_figure.py"
 POINTS = 500
+#: A restitution at which the impacts of a flight are chaotic.
+BOUNCY = 0.8
 
 
 def measure(posture: sf.Posture, points: int, jams: str) -> None:
@@ -46,7 +48,7 @@ def measure(posture: sf.Posture, points: int, jams: str) -> None:
 
 
 def main() -> None:
-    """Parts (b), (a) and (c)."""
+    """Parts (b), (a) and (c), and the bodies of (b) and (a) at a large restitution."""
     points = int(sys.argv[1]) if len(sys.argv) > 1 else POINTS
     example = runpy.run_path(str(EXAMPLE))
     # A first call imports xarray, so that the timed calls do not.
@@ -55,6 +57,9 @@ def main() -> None:
         radius, jams = example["PANELS"][part]
         print(f"part ({part}), radius of gyration {radius}, jams={jams!r}")
         measure(example["vee"](radius), points, jams)
+    for radius in (0.4, 0.8):
+        print(f"radius of gyration {radius}, restitution {BOUNCY}, jams='none'")
+        measure(example["vee"](radius, BOUNCY), points, "none")
 
 
 if __name__ == "__main__":

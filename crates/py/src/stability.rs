@@ -215,7 +215,7 @@ impl PyVerdict {
     /// local model at which these contacts slide ("R", "L"), no word is consistent and no impact is due; the same holds with qdot times f and q
     /// times f², 0 < f < 1. For "well" {"width", "rays"}: w as in `radius`, and the directions (x, y, θ), of length 1 in √(x² + y² + ρ²θ²), in
     /// which exactly two contacts stay closed. For "descending-pair" {"rays", "pairs"}, with the verdict on the pair of each ray that does not
-    /// ascend. For "neutral" {"outer", "stiffness"}: the outer contacts, and N M⁻¹ (N − σμT)ᵀ of each while it slides to the right and to the
+    /// ascend; on one line of ground no rays, and the verdict on the outer contacts. For "neutral" {"outer", "stiffness"}: the outer contacts, and N M⁻¹ (N − σμT)ᵀ of each while it slides to the right and to the
     /// left, per unit mass. For "bounded-corners" {"growth"}: an upper bound, below 1, of the mean growth of the landing speed over a cycle of
     /// landings. For an undecided posture {"reason", "cells", "left"}: the reason, the
     /// number of cells of the corner map, and the undecided cells (None if several words are consistent at rest, or no map was

@@ -1,39 +1,38 @@
 //! The speed below which every kick comes back, in the full model: the barrier around a well, and around a body on level ground.
 //!
-//! Let r be the displacement of the centre of mass, R the turn by θ, a_i the arm of contact i. Its gap is h_i = n_i·(r + (R − 1)a_i). For a fixed θ the gaps are
-//! affine in r; let V(θ) be the least height r_y at which no gap is negative. A linear programme gives it, and each pair of contacts a bound from below:
+//! Let r be the displacement of the centre of mass, R the turn by θ, a_i the arm of contact i. Its gap is h_i = n_i·(r + (R − 1)a_i). For a
+//! fixed θ the gaps are affine in r; let V(θ) be the least height r_y at which no gap is negative. A linear programme gives it, and each
+//! pair of contacts a bound from below:
 //!
 //! ```text
 //! e_y = λ_i n_i + λ_j n_j, λ ≥ 0   ⇒   V ≥ λ_i d_i + λ_j d_j     d_i = −n_i·(R − 1)a_i = c_i(1 − cos θ) − b_i sin θ
 //! ```
 //!
-//! From rest in the posture a kick of speed v gives the energy ½v² per unit mass, which never rises: r_y ≤ H = v²/2g. If V(Θ_-), V(Θ_+) ≥ H at two angles
-//! Θ_- < 0 < Θ_+, the body stays between them. There it comes to rest where it stood, if for all θ, at heights of at most H,
+//! From rest in the posture a kick of speed v gives the energy ½v² per unit mass, which never rises: r_y ≤ H = v²/2g. If V(Θ_-), V(Θ_+) ≥ H
+//! at two angles Θ_- < 0 < Θ_+, the body stays between them. There it comes to rest where it stood, if for all θ, at heights of at most H,
 //!
-//! * *a motion exists*: no contact jams alone, and no two that may be closed together jam while both slide, turning at any rate that the energy allows;
+//! * *a motion exists*: no contact jams alone, and no two that may be closed together jam while both slide, turning at any rate that the
+//!   energy allows;
 //! * *no motion keeps its energy*: every contact that may be closed has friction and is below the centre of mass;
 //! * *it rests on two contacts*: none that is closed is straight below the centre of mass;
-//! * *it rests near its posture*: where two contacts are closed, the gaps of all others are small.
+//! * *it rests near its posture*: where two contacts are closed, the gaps of all others are small, as those of a body that has come back: see [`robustness`](mod@crate::robustness).
 //!
-//! For in the limit the energy is constant. Then nothing slides under load, no impact is due, and the body flies, rolls about one
-//! contact, or rests. In flight r̈_y = −g. While it rolls about a contact below the centre of mass r̈_y = −g b_y²/(b_y² + c_y² + ρ²) − ω²|c_y| with the horizontal
-//! and vertical arms b_y, c_y: negative. ṙ_y is continuous. So no interval of motion ends, and none lasts for ever above the ground.
-//! On level ground all this holds up to a shift, and a body that slides flat has friction: see *Neutral* in `feet.rs`.
+//! For in the limit the energy is constant. Then nothing slides under load, no impact is due, and the body flies, rolls about one contact,
+//! or rests. In flight r̈_y = −g. While it rolls about a contact below the centre of mass r̈_y = −g b_y²/(b_y² + c_y² + ρ²) − ω²|c_y| with
+//! the horizontal and vertical arms b_y, c_y: negative. ṙ_y is continuous. So no interval of motion ends, and none lasts for ever above the
+//! ground. On level ground all this holds up to a shift, and a body that slides flat has friction: see *Neutral* in `feet.rs`.
 
 use crate::body::contact::Contact;
 use crate::body::posture::Posture;
 use crate::math::interval::Interval;
 use crate::math::real::Enclosed;
 use crate::stability::local::{Local, Row, solve};
-use crate::tolerance::{TOUCH, TRIGONOMETRIC_ERROR};
+use crate::tolerance::{HOVERS, TOUCH, TRIGONOMETRIC_ERROR};
 
 type I = Interval;
 
 /// Angles of a quarter turn, at which the barrier may be.
 const STEPS: usize = 192;
-
-/// Largest gap of a contact where the body has come back. Unit: size of the body.
-const NEAR: f64 = 0.1;
 
 /// How often the range of the height is halved.
 const HALVINGS: usize = 16;
@@ -113,8 +112,9 @@ fn crossing(one: &Line, two: &Line) -> Option<[I; 2]> {
     certain(solve([one.n, two.n], [one.d, two.d]))
 }
 
-/// The guaranteed speed, √(ẋ² + ẏ² + ρ²θ̇²) in m/s, of a posture that stands in a well or on level ground; `None` if no speed is certain, or if the body or its ground are more
-/// than points on straight lines that have no ends. `standing`: with those contacts that touch, at these places.
+/// The guaranteed speed, √(ẋ² + ẏ² + ρ²θ̇²) in m/s, of a posture that stands in a well or on level ground; `None` if no speed is certain,
+/// or if the body or its ground are more than points on straight lines that have no ends. `standing`: with those contacts that touch, at
+/// these places.
 pub(super) fn safe_speed(
     posture: &Posture,
     standing: &Posture,
@@ -263,8 +263,8 @@ impl Barrier<'_> {
             })
     }
 
-    /// Whether two closed contacts that slide certainly go on, either way, at any rate of turning that the energy allows. At the rate ω the gap of contact i has the
-    /// acceleration −c_iω² too, and its sliding velocity −b_iω².
+    /// Whether two closed contacts that slide certainly go on, either way, at any rate of turning that the energy allows. At the rate ω the
+    /// gap of contact i has the acceleration −c_iω² too, and its sliding velocity −b_iω².
     fn slides_on(&self, pair: [usize; 2], rows: &[Row], height: f64) -> bool {
         let f = self.posture.fields();
         let contacts = pair.map(|k| &f.contacts[k]);
@@ -279,8 +279,8 @@ impl Barrier<'_> {
         [1.0, -1.0].iter().all(|way| local.goes_on(*way) == Some(true))
     }
 
-    /// Whether contact i may be closed at a height of at most H. Its line and that of another contact bound the height: e_y = λ_i n_i + λ_j n_j, λ_j ≥ 0. Of two
-    /// contacts with one normal only the lower one can be closed.
+    /// Whether contact i may be closed at a height of at most H. Its line and that of another contact bound the height: e_y = λ_i n_i + λ_j
+    /// n_j, λ_j ≥ 0. Of two contacts with one normal only the lower one can be closed.
     fn may_touch(lines: &[Line], i: usize, height: f64) -> bool {
         let one = &lines[i];
         let rises_by = |two: &Line| {
@@ -314,7 +314,7 @@ impl Barrier<'_> {
     /// Whether between the steps k and k + 1 all gaps are small where two contacts are closed at heights up to H.
     fn is_near(&self, k: usize, side: f64, height: f64) -> bool {
         let lines = self.lines(Turn::new(angle(k), angle(k + 1), side));
-        let most = NEAR * self.posture.size();
+        let most = HOVERS * self.posture.size();
         (0..lines.len()).all(|i| {
             (i + 1..lines.len()).all(|j| {
                 let (one, two) = (&lines[i], &lines[j]);

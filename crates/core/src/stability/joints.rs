@@ -1,30 +1,31 @@
-//! Stability of two contacts whose four rows are independent: each contact can slide in any direction, whatever the other one does. So it is with
-//! joints under torques. The contacts come to rest after every small kick if the following holds:
+//! Stability of two contacts whose four rows are independent: each contact can slide in any direction, whatever the other one does. So it
+//! is with joints under torques. The contacts come to rest after every small kick if the following holds:
 //!
 //! * gravity presses both contacts down, g > 0, and no contact jams alone: k_i = N_iM⁻¹(N_i − σμ_iT_i)ᵀ > 0;
-//! * *both stay*: for both closed and the four pairs of signs σ of their sliding, A_ij = N_iM⁻¹(N_j − σ_jμ_jT_j)ᵀ has det A > 0 and λ = A⁻¹g > 0;
+//! * *both stay*: for both closed and the four pairs of signs σ of their sliding, A_ij = N_iM⁻¹(N_j − σ_jμ_jT_j)ᵀ has det A > 0 and λ =
+//!   A⁻¹g > 0;
 //! * *both stop*: the slide of both closed contacts ends;
 //! * landings become slower, see below.
 //!
-//! Both stay: A is a P-matrix, so that a mode exists and is the only one. With |f_j| ≤ μ_jλ_j instead of sliding, λ > 0 holds by
-//! linearity in each column. Forces for contacts that stop exist: a variational inequality on a square. That λ > 0 without friction follows too,
-//! so that the energy bounds every frictionless flight, and one contact or both rest at its end. And while contact k slides to the right (R) or to
-//! the left (L), or sticks, the other one falls: its gap has the acceleration −a, a = λ_m det A/A_kk > 0.
+//! Both stay: A is a P-matrix, so that a mode exists and is the only one. With |f_j| ≤ μ_jλ_j instead of sliding, λ > 0 holds by linearity
+//! in each column. Forces for contacts that stop exist: a variational inequality on a square. That λ > 0 without friction follows too, so
+//! that the energy bounds every frictionless flight, and one contact or both rest at its end. And while contact k slides to the right (R)
+//! or to the left (L), or sticks, the other one falls: its gap has the acceleration −a, a = λ_m det A/A_kk > 0.
 //!
-//! *Both stop.* Let (λ*, f*) be the forces that hold the load, and Σ = S − CD⁻¹Cᵀ with S = TM⁻¹Tᵀ, C = TM⁻¹Nᵀ, D = NM⁻¹Nᵀ. While both are closed
-//! v̇ = Σ(f − f*), hence d/dt ½v·Σ⁻¹v = −Σ_i |v_i| (μ_iλ_i + σ_i f*_i), negative if μ_iλ_i + σ_i f*_i > 0 for all four pairs of signs. Otherwise
-//! the accelerations in the four quadrants of v and on their edges are followed: each edge slides to 0 or leads to the next one, and one turn about
-//! 0 reduces |v|.
+//! *Both stop.* Let (λ*, f*) be the forces that hold the load, and Σ = S − CD⁻¹Cᵀ with S = TM⁻¹Tᵀ, C = TM⁻¹Nᵀ, D = NM⁻¹Nᵀ. While both are
+//! closed v̇ = Σ(f − f*), hence d/dt ½v·Σ⁻¹v = −Σ_i |v_i| (μ_iλ_i + σ_i f*_i), negative if μ_iλ_i + σ_i f*_i > 0 for all four pairs of
+//! signs. Otherwise the accelerations in the four quadrants of v and on their edges are followed: each edge slides to 0 or leads to the
+//! next one, and one turn about 0 reduces |v|.
 //!
-//! **Bounded corners.** After a landing at contact j with speed 1 while the other one is closed, a frictionless flight ends with one contact k at
-//! rest, the other one in the air with gap h and gap rate u. It lands with at most the speed
+//! **Bounded corners.** After a landing at contact j with speed 1 while the other one is closed, a frictionless flight ends with one
+//! contact k at rest, the other one in the air with gap h and gap rate u. It lands with at most the speed
 //!
 //! ```text
 //! K_j² = max over X = R, L of { u² + 2a_X h, u² + 2a_Z h, and 2a_Z h + (a_Z/a_X) u² if a_Z > a_X and u > 0 },
 //! ```
 //!
-//! with Z the mode of contact k from rest, which must be unique: it slides in one direction until it stops, and then goes on with Z. If the product
-//! of K over every cycle of landings is below 1, landing speeds and times decrease like a geometric series.
+//! with Z the mode of contact k from rest, which must be unique: it slides in one direction until it stops, and then goes on with Z. If the
+//! product of K over every cycle of landings is below 1, landing speeds and times decrease like a geometric series.
 
 use crate::body::Mechanism;
 use crate::math::interval::Interval;
@@ -44,8 +45,8 @@ struct Apart {
     tt: [[I; 2]; 2],
 }
 
-/// Forces and accelerations while both contacts slide.
-struct BothSlide {
+/// Forces and accelerations while both contacts slide, times det A.
+struct PairSlide {
     /// det A
     det: I,
     /// λ det A
@@ -81,7 +82,7 @@ impl Apart {
     }
 
     /// Both contacts are closed and slide with these signs.
-    fn both_slide(&self, signs: [f64; 2]) -> BothSlide {
+    fn both_slide(&self, signs: [f64; 2]) -> PairSlide {
         let l = &self.local;
         let rub = [0, 1].map(|j| l.mu[j].times(signs[j]));
         let a = |i: usize, j: usize| l.nn[i][j] - rub[j] * l.tn[j][i];
@@ -93,7 +94,7 @@ impl Apart {
                 sum + (l.tn[i][j] - self.tt[i][j] * rub[j]) * force[j]
             })
         });
-        BothSlide { det, force, along }
+        PairSlide { det, force, along }
     }
 
     fn all_slides() -> impl Iterator<Item = [f64; 2]> {
@@ -102,7 +103,7 @@ impl Apart {
 
     fn both_stay(&self) -> bool {
         Self::all_slides().all(|signs| {
-            let BothSlide { det, force, .. } = self.both_slide(signs);
+            let PairSlide { det, force, .. } = self.both_slide(signs);
             det.is_positive() && force.iter().all(|f| f.is_positive())
         })
     }
@@ -125,7 +126,7 @@ impl Apart {
         let free = [0, 1].map(|i| -(l.pull[i] + dot(ratio[i], l.g)));
         let held = solve(sigma, free);
         Some(Self::all_slides().all(|signs| {
-            let BothSlide { det, force, .. } = self.both_slide(signs);
+            let PairSlide { det, force, .. } = self.both_slide(signs);
             (0..2).all(|i| (l.mu[i] * force[i] / det + held[i].times(signs[i])).is_positive())
         }))
     }
@@ -157,8 +158,8 @@ impl Apart {
         Some((I::ONE - factor).is_positive())
     }
 
-    /// Contact k slides with this sign, the other one o is at rest. Its acceleration times det A is linear in σ_o from 1 to −1: it sticks if
-    /// friction of either sign turns it back.
+    /// Contact k slides with this sign, the other one o is at rest. Its acceleration times det A is linear in σ_o from 1 to −1: it sticks
+    /// if friction of either sign turns it back.
     fn edge(&self, k: usize, side: f64) -> Option<Edge> {
         let o = 1 - k;
         let slides = SIDES.map(|other| {
@@ -179,7 +180,7 @@ impl Apart {
             (Some(-1), Some(-1)) => 1,
             _ => return None,
         };
-        let BothSlide { along, .. } = slides[way];
+        let PairSlide { along, .. } = slides[way];
         let slows = -along[k].times(side);
         slows.is_positive().then(|| Edge::Leads(SIDES[way], along[o].times(SIDES[way]) / slows))
     }

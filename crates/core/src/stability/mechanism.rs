@@ -115,8 +115,8 @@ fn judge_rows(mechanism: &Mechanism, options: StabilityOptions) -> Result<Verdic
     }
     let problem = MechanismProblem::at_rest(mechanism);
     let modes = contact_modes(&problem, Method::Auto)?;
-    let moves_freely = space.hidden().amax() > 0.0;
-    let three = [space.free().len(), space.rank()].contains(&3) && !moves_freely;
+    let drifts = space.hidden().amax() > 0.0;
+    let three = [space.free().len(), space.rank()].contains(&3) && !drifts;
     if three && count == 2 {
         verdict.modes = modes.answers().to_vec();
         verdict.decide_two(mechanism)?;

@@ -292,9 +292,9 @@ pub enum Evidence {
         /// All rays: they ascend.
         rays: Vec<Ray>,
     },
-    /// The rays, and the verdicts on the pairs of those that do not ascend.
+    /// The rays, and the verdicts on the pairs of those that do not ascend. Of a body on one line of ground the verdict on its outer contacts.
     DescendingPairs {
-        /// All rays.
+        /// All rays; none on one line of ground.
         rays: Vec<Ray>,
         /// The pairs.
         pairs: Vec<PairVerdict>,
@@ -739,7 +739,8 @@ impl Verdict {
                 modes.iter().find(leaves).filter(|_| closed).map(|answer| answer.word)
             };
             let neutral = feet::neutral(posture, options);
-            match (neutral, Carried::of(posture, self.width)) {
+            let carried = if neutral.is_none() { Carried::of(posture, self.width) } else { None };
+            match (neutral, carried) {
                 (Some(found), _) => found,
                 (None, Some(carried)) => {
                     let others = with_contacts(posture, &carried.others)?;
