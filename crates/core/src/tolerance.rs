@@ -578,3 +578,18 @@ pub(crate) const PUSH: f64 = 1e-9;
 /// Push below which a push counts as none. Unit: the largest one that is tried. Bodies that any push makes fall have an interval from there
 /// on. Range: 1e-300 to 1e-12.
 pub(crate) const NO_PUSH: f64 = 1e-15;
+
+/// Step of the numerical derivatives along a run. Unit: the size of what is changed. The error of a derivative is about this number, as is
+/// that of rounding, ε over it. Range: 1e-9 to 1e-6.
+pub(crate) const SENSITIVITY_STEP: f64 = 1e-7;
+
+/// Growth of a small change of the start beyond which it is no longer followed: all digits have long been lost. Range: above 1e32.
+pub(crate) const FOLLOWED_GROWTH: f64 = 1e100;
+
+/// Singular values of the forces that hold contacts which count as zero: forces that others can replace. Unit: the largest. Range: 1e-12 to
+/// 1e-6.
+pub(crate) const SINGULAR_HOLD: f64 = 1e-9;
+
+/// Estimated relative error of the end of a run from which on a warning says how much the end depends on the start. Half of all digits are
+/// known then. Range: 1e-12 to 1e-3.
+pub(crate) const FEW_DIGITS: f64 = 1e-8;

@@ -555,6 +555,32 @@ impl PyRun {
         self.0.warnings().to_vec()
     }
 
+    /// Growth of a small change of the start up to the end of the run, dimensionless: |change at the end| over |change at the start|. Lengths
+    /// are over the size of the body, speeds over sqrt(g * size), turns are times the gyration radius; if the run ends at rest, the shift of
+    /// the time of rest over sqrt(size / g) is part of the change. The change has equal parts in all coordinates and their speeds; growth
+    /// turns it into the direction that grows fastest. inf where it is above 1e100. None unless recorded.
+    ///
+    /// It is computed from the record when it is first asked for: the derivative of the motion along the run, with the shift of the time of
+    /// each impact (saltation).
+    #[getter]
+    fn sensitivity(&self) -> Option<f64> {
+        self.0.sensitivity()
+    }
+
+    /// Time on the clock from which not one digit of the state is determined, because rounding errors have grown to the size of the body, s.
+    /// None: there is none, or nothing was recorded.
+    #[getter]
+    fn determined_until(&self) -> Option<f64> {
+        self.0.determined_until()
+    }
+
+    /// Estimated error of time, s: that of the sums of impacts and of the clock, and 2.2e-16 times the largest growth of a change from an event
+    /// to the end, times sqrt(size / g); at most the whole time. Without a record it does not include the growth.
+    #[getter]
+    fn time_error(&self) -> f64 {
+        self.0.time_error()
+    }
+
     /// (q, qdot), each (..., 3), of a mechanism (..., dof), at times t : (...) s of the run; exact within a phase. At the time of an impact it is the state
     /// after the impact; after the outcome "rest", the state of rest. Raises ValueError if t is outside the run, if the run was not recorded, or if t is so close to the end of
     /// a sum of impacts that more than 100 000 events of the sum are before t.

@@ -6,6 +6,7 @@ mod limits;
 mod mechanism;
 pub(crate) mod parallel;
 mod reader;
+mod sensitivity;
 mod simulation;
 mod start;
 pub(crate) mod trajectory;

@@ -46,7 +46,7 @@ pub struct Reader<'a> {
 }
 
 /// The state at an instant, with the mode of each of its points.
-type Now<'a> = (Moving, Cow<'a, [Mode]>);
+pub(super) type Now<'a> = (Moving, Cow<'a, [Mode]>);
 
 impl Trajectory {
     /// The motion of the run at any times; faster than the functions below if there are many.
@@ -166,7 +166,7 @@ impl<'a> Reader<'a> {
     }
 
     /// The body `dt` after the start of piece `k`; `None` if too many events of a sum come before.
-    fn moving(&mut self, k: usize, dt: f64) -> Option<Now<'a>> {
+    pub(super) fn moving(&mut self, k: usize, dt: f64) -> Option<Now<'a>> {
         if k != self.index {
             (self.index, self.held) = (k, None);
         }
@@ -316,7 +316,7 @@ fn too_deep(t: f64) -> Error {
 
 /// A piece of motion in one contact mode, with the Taylor series that follow each other in it.
 #[derive(Debug, Clone)]
-struct Held<'a> {
+pub(super) struct Held<'a> {
     start: &'a BodyState,
     modes: &'a [Mode],
     kind: Kind,
@@ -342,7 +342,7 @@ const SERIES: usize = 1000;
 const KEPT: usize = 8;
 
 impl<'a> Held<'a> {
-    fn new(start: &'a BodyState, modes: &'a [Mode]) -> Self {
+    pub(super) fn new(start: &'a BodyState, modes: &'a [Mode]) -> Self {
         let mut held = Self { start, modes, kind: Kind::Flight, series: Vec::new() };
         let changes = start.fall_changes();
         if modes.iter().all(|&mode| mode == Mode::Separate) && !changes {
@@ -377,7 +377,7 @@ impl<'a> Held<'a> {
     }
 
     /// The body `dt` after the start. Each series is followed up to its reach, the last one to the end.
-    fn at(&mut self, dt: f64) -> BodyState {
+    pub(super) fn at(&mut self, dt: f64) -> BodyState {
         match self.kind {
             Kind::Flight => return self.start.flown(dt),
             Kind::Fixed | Kind::Still => {

@@ -199,6 +199,6 @@ fn end_of(run: &Trajectory) -> End {
         touching: run.touching(),
         zeno,
         collisions: run.collisions(),
-        warned: !run.warnings().is_empty(),
+        warned: !run.record.warnings.is_empty(),
     }
 }

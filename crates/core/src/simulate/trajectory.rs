@@ -25,10 +25,11 @@ use crate::outcome::{
     Cause, ContactKind, ContactNumber, ContactSet, Enclosure, ImpactRecord, Instant, ModelReason,
     Outcome, Phase, RunContact, ZenoKind, ZenoPoint,
 };
+use crate::simulate::sensitivity::{self, Sensitivity};
 use crate::simulate::{Simulation, simulate_local_until, simulate_mechanism_until};
 use crate::sustained::BodyState;
 use crate::sustained::frozen::Frozen;
-use crate::tolerance::{CLOCK_ROUNDINGS, OUTSIDE_PROVED_BOUNDS};
+use crate::tolerance::{CLOCK_ROUNDINGS, FEW_DIGITS, OUTSIDE_PROVED_BOUNDS};
 
 /// Largest number of times of [`Trajectory::sample_times`]: the motion at them takes 0.6 GB.
 pub const MOST_SAMPLES: usize = 10_000_000;
@@ -95,6 +96,8 @@ pub struct Trajectory {
     impacts: OnceLock<Vec<ImpactRecord>>,
     zeno_points: OnceLock<Vec<ZenoPoint>>,
     phases: OnceLock<Vec<Phase>>,
+    sensitivity: OnceLock<Option<Sensitivity>>,
+    warnings: OnceLock<Vec<String>>,
 }
 
 /// The written form of a run.
@@ -262,6 +265,8 @@ impl Trajectory {
             impacts: OnceLock::new(),
             zeno_points: OnceLock::new(),
             phases: OnceLock::new(),
+            sensitivity: OnceLock::new(),
+            warnings: OnceLock::new(),
         }
     }
 
@@ -373,7 +378,88 @@ impl Trajectory {
     /// [`Impact::Newton`](crate::options::Impact::Newton) ignores.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
-        &self.record.warnings
+        self.warnings.get_or_init(|| {
+            let mut all = self.record.warnings.clone();
+            all.extend(self.depends_on_start());
+            all
+        })
+    }
+
+    /// Growth of a small change of the start up to the end of the run: |δ(end)|/|δ(start)|, dimensionless. Lengths are over the size of the
+    /// body, speeds over √(g · size), turns are times ρ; if the run ends at rest, the shift of the time of rest, over √(size/g), is part of δ.
+    /// The change has equal parts in all coordinates and their speeds. In a run with growth it turns into the direction that grows fastest.
+    /// ∞ where it is above 1e100. `None` unless recorded.
+    ///
+    /// It is computed when it is first asked for, from the record: the derivative of the motion along the run, with the shift of the time of
+    /// each impact (saltation). Contacts that land at one instant go on to land at one instant in the changed run.
+    ///
+    /// ```
+    /// use standfast::{Lamina, Options, Posture, State, simulate};
+    ///
+    /// // A rod that clatters on its ends, with little loss: every impact multiplies a change of the start.
+    /// let rod = |restitution| Posture::rod(0.5, &Lamina { restitution, gyration_radius: Some(0.2), ..Lamina::default() });
+    /// let start = State::at_rest([0.0, 0.4, 0.3]);
+    /// let calm = simulate(&rod(0.1)?, &start, &Options::default())?;
+    /// let wild = simulate(&rod(0.99)?, &start, &Options::default())?;
+    /// assert!(calm.sensitivity().is_some_and(|growth| growth < 100.0));
+    /// assert!(wild.sensitivity().is_some_and(|growth| growth > 1e16));
+    /// // Rounding errors grow alike: from this time on not one digit of the state is determined.
+    /// assert!(wild.determined_until().is_some_and(|t| t < wild.time()));
+    /// assert!(wild.warnings()[0].starts_with("nothing is determined from"));
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
+    #[must_use]
+    pub fn sensitivity(&self) -> Option<f64> {
+        self.found_sensitivity().map(|found| found.growth)
+    }
+
+    /// Time on the clock from which not one digit of the state is determined, because rounding errors have grown to the size of the body, in s.
+    /// `None`: there is none, or nothing was recorded.
+    #[must_use]
+    pub fn determined_until(&self) -> Option<f64> {
+        self.found_sensitivity()?.lost.map(|lost| self.clock(lost))
+    }
+
+    /// Estimated error of the time of the end, in s, at most the whole time: that of the sums and of the clock, and ε times the
+    /// largest growth of a change from an event to the end, times √(size/g). Without a record it does not include the growth.
+    #[must_use]
+    pub fn time_error(&self) -> f64 {
+        let end = self.record.end.clock;
+        let sums = self.record.zeno.iter().map(|zeno| zeno.error).fold(0.0, f64::max);
+        self.error_of(end, sums, self.found_sensitivity().map(|found| found.error))
+    }
+
+    fn found_sensitivity(&self) -> Option<&Sensitivity> {
+        self.sensitivity.get_or_init(|| sensitivity::of_run(self)).as_ref()
+    }
+
+    /// The error of a time: of sums, of the clock, and of what has grown.
+    fn error_of(&self, clock: Clock, sums: f64, growth: Option<f64>) -> f64 {
+        let unit = self.found_sensitivity().map_or(0.0, |found| found.unit);
+        let grown = growth.map_or(0.0, |growth| f64::EPSILON * growth * unit).min(clock.hi);
+        sums + CLOCK_ROUNDINGS * f64::EPSILON * clock.hi + grown
+    }
+
+    /// The warning that the end, or a part of the run, depends on rounding errors.
+    fn depends_on_start(&self) -> Option<String> {
+        let found = self.found_sensitivity()?;
+        let error = f64::EPSILON * found.error;
+        let growth = match found.error {
+            f64::INFINITY => "more than 1e100".into(),
+            growth => format!("{growth:.0e}"),
+        };
+        if let Some(lost) = found.lost {
+            let t = self.clock(lost);
+            return Some(format!(
+                "nothing is determined from {t:.6} s on: a change of the state before, and a rounding error is one, grows by a factor of {growth} until the end"
+            ));
+        }
+        (error > FEW_DIGITS).then(|| {
+            let digits = (-libm::log10(error)).floor();
+            format!(
+                "{digits} digits of the end are determined: a change of the state before, and a rounding error is one, grows by a factor of {growth} until the end"
+            )
+        })
     }
 
     /// Acceleration q̈ at the start of an endless slide, in m/s², m/s², rad/s²; of a mechanism, of all coordinates.
@@ -481,10 +567,12 @@ impl Trajectory {
     }
 
     fn make_zeno_points(&self) -> Vec<ZenoPoint> {
-        self.record.zeno.iter().map(|zeno| self.zeno_point(zeno)).collect()
+        let grown = |k: usize| self.found_sensitivity().map(|found| found.zeno[k]);
+        let points = self.record.zeno.iter().enumerate();
+        points.map(|(k, zeno)| self.zeno_point(zeno, grown(k))).collect()
     }
 
-    fn zeno_point(&self, zeno: &ZenoRecord) -> ZenoPoint {
+    fn zeno_point(&self, zeno: &ZenoRecord, grown: Option<f64>) -> ZenoPoint {
         let closed = |&i: &usize| zeno.closed[i];
         let contacts: Vec<_> =
             (0..zeno.closed.len()).filter(closed).map(ContactNumber::of).collect();
@@ -495,7 +583,7 @@ impl Trajectory {
             contacts,
             time: self.clock(*clock),
             elapsed: clock.hi,
-            time_error: zeno.error + CLOCK_ROUNDINGS * f64::EPSILON * clock.hi,
+            time_error: self.error_of(*clock, zeno.error, grown),
             q,
             qdot,
             rotation: [state.q.z, state.qdot.z],

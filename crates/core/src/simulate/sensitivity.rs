@@ -1,0 +1,565 @@
+//! How much the end of a run depends on its start: the growth of a small change of the state along the run.
+//!
+//! A change (δq, δv) of the state at one time moves on as the derivative of the motion. Lengths are over the size of the body, speeds over
+//! √(g · size), turns are times ρ. From event to event:
+//!
+//! ```text
+//! flight of τ             δq ← δq + τ δv
+//! event of gap h          δτ = −N δq / u⁻           the shift of its time
+//!                         δq ← δq + v⁻ δτ,  δv ← δv + a⁻ δτ          at the event
+//!                         δv ← δv + δ(Σ Nᵀ P_n + Tᵀ P_t)             by the law of impact
+//!                         δq ← δq − v⁺ δτ,  δv ← δv − a⁺ δτ          at one time again
+//! contacts begin to hold  the part along their forces is taken off that N δv + δN v = 0, N δq = 0 (and T δv + δT v = 0 if they stick)
+//! contacts held for τ     the difference of two motions in the same modes
+//! ```
+//!
+//! The start of the change is one direction, with equal parts in all coordinates and speeds. Growth turns it into the direction that grows
+//! fastest. Sums of impacts take off the part along the forces, as bounces in constant geometry do exactly.
+//!
+//! Rounding errors enter at every event. The error of the end is about ε times the largest growth from any event to the end.
+
+use nalgebra::{DMatrix, DVector, Vector2};
+
+use crate::body::contact::{ContactLetters, ContactValues};
+use crate::impact::friction::{self, Matrix, Party};
+use crate::impact::together::together;
+use crate::math::clock::Clock;
+use crate::math::mass_vector::{Coordinates, MassVector};
+use crate::math::roots::ORDER;
+use crate::modes::Mode;
+use crate::motion::moving::Moving;
+use crate::motion::record::Motion;
+use crate::options::{Options, Simultaneous};
+use crate::outcome::Outcome;
+use crate::simulate::reader::{Held, Reader};
+use crate::simulate::trajectory::{Flight, Piece, Trajectory};
+use crate::sustained::{BodyState, Step};
+use crate::tolerance::{FOLLOWED_GROWTH, SENSITIVITY_STEP, SINGULAR_HOLD};
+
+/// How much the end of a run depends on its start, from [`Trajectory::sensitivity`](crate::Trajectory::sensitivity).
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sensitivity {
+    /// Growth from the start to the end.
+    pub(super) growth: f64,
+    /// The largest growth from any event to the end: of the state, or of the time of the end.
+    pub(super) error: f64,
+    /// The same up to each Zeno point.
+    pub(super) zeno: Vec<f64>,
+    /// √(size/g), in s: the unit of time.
+    pub(super) unit: f64,
+    /// Elapsed time from which nothing is determined.
+    pub(super) lost: Option<Clock>,
+}
+
+/// A change of the state at one time, in the metric of the mass; its growth since the start, and the largest since any event.
+#[derive(Debug, Clone)]
+struct Change {
+    way: Coordinates,
+    speed: Coordinates,
+}
+
+/// The units of lengths and of speeds.
+#[derive(Debug, Clone, Copy)]
+struct Scale {
+    length: f64,
+    speed: f64,
+}
+
+impl Change {
+    fn size(&self, scale: Scale) -> f64 {
+        libm::hypot(self.way.norm() / scale.length, self.speed.norm() / scale.speed)
+    }
+
+    fn scale(&mut self, factor: f64) {
+        (self.way, self.speed) = (self.way.scaled(factor), self.speed.scaled(factor));
+    }
+}
+
+/// An impact: the contact and the impulse (tangential, normal) per unit mass, and the rate before, in m/s.
+struct Blow {
+    contact: usize,
+    impulse: Option<[f64; 2]>,
+    jump: f64,
+    rate: f64,
+}
+
+/// The walk along a run.
+struct Walk<'a> {
+    run: &'a Trajectory,
+    options: Options,
+    reader: Reader<'a>,
+    scale: Scale,
+    /// Of size 1, or 0 once nothing of it is left.
+    change: Change,
+    /// Logarithms of its growth since the start, and of the largest since any event.
+    growth: f64,
+    error: f64,
+    /// Shift of the time of the last event, in units of time.
+    shift: f64,
+    found: Sensitivity,
+    /// Impacts that have been passed: plain ones, and others.
+    passed: [usize; 2],
+    /// The modes before this piece.
+    before: ContactLetters<Mode>,
+}
+
+/// How much the end of this run depends on its start; `None` if nothing was recorded or nothing moves.
+pub(super) fn of_run(run: &Trajectory) -> Option<Sensitivity> {
+    let pieces = run.pieces().ok()?;
+    let mut walk = Walk::new(run, run.record.spans.first()?.motion.start())?;
+    for (k, piece) in pieces.iter().enumerate() {
+        walk.pass(k, piece, pieces.get(k + 1))?;
+        if walk.error.max(walk.growth) > libm::log(FOLLOWED_GROWTH) {
+            (walk.growth, walk.error) = (f64::INFINITY, f64::INFINITY);
+            break;
+        }
+    }
+    Some(walk.end())
+}
+
+/// (x, y, ρθ) of a velocity or a displacement of a body; as it is for constant rows.
+fn in_metric(state: &Moving, mut of: Coordinates) -> Coordinates {
+    if let Some(body) = state.turning() {
+        let rho = body.rho2.sqrt();
+        of = Coordinates::from_iter(of.iter().enumerate().map(|(k, x)| if k == 2 { rho * x } else { x }));
+    }
+    of
+}
+
+/// The three coordinates of a body, times this factor.
+fn three(of: &Coordinates, factor: f64) -> [f64; 3] {
+    let mut of = of.iter().map(|x| factor * x);
+    std::array::from_fn(|_| of.next().unwrap_or(0.0))
+}
+
+/// The body moved by this way, with its velocity.
+fn displaced(body: &BodyState, way: &Coordinates, factor: f64) -> BodyState {
+    let mut from = body.clone();
+    let [x, y, turn] = three(way, factor);
+    (from.center.v, from.spin.omega) = (Vector2::new(x, y), turn / body.rho2.sqrt());
+    (from.fall, from.fall_rate) = (Vector2::zeros(), Vector2::zeros());
+    let mut after = from.flown(1.0);
+    (after.fall, after.fall_rate) = (body.fall, body.fall_rate);
+    (after.center.v, after.spin.omega) = (body.center.v, body.spin.omega);
+    after
+}
+
+/// Changes of the rows of the points with the place, (tangential, normal) of each; empty for constant rows.
+fn turned_rows(state: &Moving, way: &Coordinates, scale: Scale) -> Vec<[Coordinates; 2]> {
+    let (Some(body), far) = (state.turning(), way.norm()) else { return Vec::new() };
+    if far == 0.0 {
+        return Vec::new();
+    }
+    let step = SENSITIVITY_STEP * scale.length / far;
+    let after = Moving::Turning(Box::new(displaced(body, way, step)));
+    let change = |i: usize, tangential: bool| {
+        after.row(i, tangential).plus(&state.row(i, tangential), -1.0).scaled(1.0 / step)
+    };
+    (0..state.count()).map(|i| [change(i, true), change(i, false)]).collect()
+}
+
+/// A row and its change, or no change.
+fn changed<'a>(rows: &'a [[Coordinates; 2]], i: usize, k: usize) -> Option<&'a Coordinates> {
+    rows.get(i).map(|both| &both[k])
+}
+
+impl<'a> Walk<'a> {
+    fn new(run: &'a Trajectory, start: &Moving) -> Option<Self> {
+        let n = start.velocity().len();
+        let speed = in_metric(start, start.velocity()).norm();
+        let (g, most) = (start.gravity(), start.points().map(|(h, _)| h).filter(|h| h.is_finite()));
+        let length = match (run.posture(), start) {
+            (Some(posture), _) => posture.size(),
+            // The largest gap, or the height of a throw, in the coordinates of the rows.
+            (None, Moving::Frozen(rows)) => {
+                let (reach, high) = (rows.space().reach(), most.fold(0.0, f64::max));
+                let thrown = if g > 0.0 { reach * speed * speed / g } else { 0.0 };
+                (high / reach).max(thrown)
+            }
+            (None, Moving::Turning(_)) => return None,
+        };
+        let length = if length > 0.0 { length } else { 1.0 };
+        let fall = match start {
+            Moving::Turning(_) => g,
+            Moving::Frozen(rows) => rows.space().pull().norm(),
+        };
+        let speed = if fall > 0.0 { (fall * length).sqrt() } else if speed > 0.0 { speed } else { 1.0 };
+        let scale = Scale { length, speed };
+        let equal = |size: f64| Coordinates::from_iter((0..n).map(|_| size / ((2 * n) as f64).sqrt()));
+        let law = match &run.record.subject {
+            subject if subject.posture().is_some() => run.options().acting(run.posture()?.frictions()),
+            _ => run.options().acting((0..start.count()).map(|i| start.friction(i)).collect::<Vec<_>>().into_iter()),
+        };
+        Some(Self {
+            run,
+            options: law.ok()?,
+            reader: run.reader(),
+            scale,
+            change: Change { way: equal(length), speed: equal(scale.speed) },
+            growth: 0.0,
+            error: 0.0,
+            shift: 0.0,
+            found: Sensitivity { unit: length / scale.speed, ..Sensitivity::default() },
+            passed: [0; 2],
+            before: ContactLetters::from_elem(Mode::Separate, start.count()),
+        })
+    }
+
+    /// Follows the change along a piece, and through the events at its end.
+    fn pass(&mut self, k: usize, piece: &Piece, next: Option<&Piece>) -> Option<()> {
+        let record = &*self.run.record;
+        let end = next.map_or(record.end.clock, |next| next.clock);
+        let dt = end.since(piece.clock).max(0.0);
+        let motion = piece.flight.is_none().then(|| &record.spans[piece.span].motion);
+        if let Some(Motion::Sum { start, .. }) = motion {
+            self.sum(start, dt, next);
+        } else {
+            let (start, modes) = self.reader.moving(k, 0.0)?;
+            let modes: ContactLetters<Mode> = ContactLetters::from_slice(&modes);
+            if modes.iter().any(|mode| *mode != Mode::Separate) {
+                self.hold(k, &start, &modes);
+                if k == 0 {
+                    (self.growth, self.error) = (0.0, 0.0);
+                }
+                self.flow_held(&start, &modes, dt);
+            } else {
+                self.change.way.add_scaled(&self.change.speed, dt);
+            }
+            self.before = modes;
+        }
+        self.renew(end);
+        let blows = self.blows(next);
+        if !blows.is_empty() {
+            let (state, modes) = self.reader.moving(k, dt)?;
+            let modes: ContactLetters<Mode> = ContactLetters::from_slice(&modes);
+            let before = self.acceleration(k, &state, &modes);
+            let after = match next {
+                Some(_) => {
+                    let (start, modes) = self.reader.moving(k + 1, 0.0)?;
+                    self.acceleration(k + 1, &start, &modes)
+                }
+                None => self.fall(&state),
+            };
+            self.strike(state, &modes, &blows, before, &after);
+            self.renew(end);
+        }
+        let done = self.found.zeno.len();
+        let reached = record.zeno[done..].iter().filter(|zeno| zeno.at.clock.since(end) <= 0.0).count();
+        let now = self.known();
+        self.found.zeno.extend(std::iter::repeat_n(now, reached));
+        Some(())
+    }
+
+    /// The largest growth of the state or of the time of the last event, since any event.
+    fn known(&self) -> f64 {
+        libm::exp(self.error) * libm::hypot(1.0, self.shift)
+    }
+
+    /// Makes the change one of size 1.
+    fn renew(&mut self, clock: Clock) {
+        let size = self.change.size(self.scale);
+        self.growth += libm::log(size);
+        self.error = (self.error + libm::log(size)).max(0.0);
+        if size > 0.0 {
+            self.change.scale(1.0 / size);
+            self.shift /= size;
+        }
+        if self.error + libm::log(f64::EPSILON) >= 0.0 && self.found.lost.is_none() {
+            self.found.lost = Some(clock);
+        }
+    }
+
+    fn end(mut self) -> Sensitivity {
+        let rests = self.run.outcome() == Outcome::Rest;
+        let size = if rests { libm::hypot(1.0, self.shift) } else { 1.0 };
+        self.found.growth = libm::exp(self.growth) * size;
+        self.found.error = libm::exp(self.error) * size;
+        let all = self.run.record.zeno.len();
+        self.found.zeno.resize(all, self.found.error);
+        self.found
+    }
+
+    fn fall(&self, state: &Moving) -> Coordinates {
+        match state {
+            Moving::Turning(body) => Coordinates::of_three([body.fall.x, body.fall.y, 0.0]),
+            Moving::Frozen(rows) => rows.space().pull().clone(),
+        }
+    }
+
+    /// The acceleration of piece `k` in this state.
+    fn acceleration(&self, k: usize, state: &Moving, modes: &[Mode]) -> Coordinates {
+        if modes.iter().all(|mode| *mode == Mode::Separate) {
+            return self.fall(state);
+        }
+        match state {
+            Moving::Turning(body) => {
+                let a = Step::new(body, modes, ORDER).map_or([0.0; 3], |step| step.acceleration());
+                Coordinates::of_three([a[0], a[1], body.rho2.sqrt() * a[2]])
+            }
+            Moving::Frozen(_) => {
+                let pieces = self.run.pieces().unwrap_or(&[]);
+                match pieces.get(k).map(|piece| &self.run.record.spans[piece.span].motion) {
+                    Some(Motion::Modes { acceleration: Some(a), .. }) => a.clone(),
+                    _ => Coordinates::zeros(state.velocity().len()),
+                }
+            }
+        }
+    }
+
+    /// Takes off, along the contact forces, what leaves the contacts that are held in these modes from now on.
+    fn hold(&mut self, k: usize, start: &Moving, modes: &[Mode]) {
+        let v = in_metric(start, start.velocity());
+        let rows = turned_rows(start, &self.change.way, self.scale);
+        let was = |i: usize| self.before.get(i).copied().unwrap_or(Mode::Separate);
+        let slides = |mode: Mode| matches!(mode, Mode::Left | Mode::Right);
+        // A slide that ends or turns back: its time.
+        let ends = (0..modes.len()).find(|&i| slides(was(i)) && modes[i] != was(i) && modes[i] != Mode::Separate);
+        if let Some(i) = ends {
+            let before: ContactLetters<Mode> = self.before.clone();
+            let a = self.acceleration(k.saturating_sub(1), start, &before);
+            let row = start.row(i, true);
+            let mut slip = row.dot(&self.change.speed);
+            slip += changed(&rows, i, 0).map_or(0.0, |row| row.dot(&v));
+            let rate = row.dot(&a);
+            if rate != 0.0 {
+                let late = -slip / rate;
+                self.shift = late / self.found.unit;
+                if slides(modes[i]) {
+                    let after = self.acceleration(k, start, modes);
+                    self.change.speed.add_scaled(&a.plus(&after, -1.0), late);
+                }
+            }
+        }
+        let (mut held, mut forces) = (Vec::new(), Vec::new());
+        for (i, mode) in modes.iter().enumerate().filter(|(_, mode)| **mode != Mode::Separate) {
+            let (t, n) = (start.row(i, true), start.row(i, false));
+            let mu = start.friction(i);
+            let sticks = *mode == Mode::Fixed && mu > 0.0;
+            let rate = |row: &Coordinates, k: usize| {
+                let turned = changed(&rows, i, k).map_or(0.0, |row| row.dot(&v));
+                row.dot(&self.change.speed) + turned
+            };
+            held.push((n.clone(), rate(&n, 1), n.dot(&self.change.way)));
+            forces.push(if sticks { n.clone() } else { n.plus(&t, -mode.direction() * mu) });
+            if sticks {
+                held.push((t.clone(), rate(&t, 0), 0.0));
+                forces.push(t);
+            }
+        }
+        let matrix = DMatrix::from_fn(held.len(), forces.len(), |j, l| held[j].0.dot(&forces[l]));
+        let svd = matrix.svd(true, true);
+        let bound = SINGULAR_HOLD * svd.singular_values.max();
+        let take = |of: DVector<f64>, from: &mut Coordinates| {
+            if let Ok(parts) = svd.solve(&of, bound) {
+                for (part, force) in parts.iter().zip(&forces) {
+                    from.add_scaled(force, -part);
+                }
+            }
+        };
+        take(DVector::from_iterator(held.len(), held.iter().map(|row| row.1)), &mut self.change.speed);
+        take(DVector::from_iterator(held.len(), held.iter().map(|row| row.2)), &mut self.change.way);
+    }
+
+    /// Follows the change for `dt` while contacts are held.
+    fn flow_held(&mut self, start: &Moving, modes: &[Mode], dt: f64) {
+        let size = self.change.size(self.scale);
+        let (Some(body), true) = (start.turning(), size > 0.0) else {
+            self.change.way.add_scaled(&self.change.speed, dt);
+            return;
+        };
+        let step = SENSITIVITY_STEP / size;
+        let mut near = displaced(body, &self.change.way, step);
+        let [x, y, turn] = three(&self.change.speed, step);
+        near.center.v += Vector2::new(x, y);
+        near.spin.omega += turn / body.rho2.sqrt();
+        let moved = Moving::Turning(Box::new(near));
+        let v = in_metric(&moved, moved.velocity());
+        let rates: Vec<f64> = (0..moved.count()).map(|i| moved.row(i, false).dot(&v)).collect();
+        let Moving::Turning(mut near) = moved else { return };
+        for (i, p) in near.points.iter_mut().enumerate() {
+            if modes[i] == Mode::Separate {
+                p.u = rates[i];
+            } else {
+                (p.h, p.u) = (0.0, 0.0);
+            }
+        }
+        let [one, two] = [body, &*near].map(|from| {
+            let after = Moving::Turning(Box::new(Held::new(from, modes).at(dt)));
+            [after.displacement(), after.velocity()].map(|of| in_metric(&after, of))
+        });
+        self.change.way = two[0].plus(&one[0], -1.0).scaled(1.0 / step);
+        self.change.speed = two[1].plus(&one[1], -1.0).scaled(1.0 / step);
+    }
+
+    /// A sum of impacts of this duration. The contacts that come to rest take off the change along their forces.
+    fn sum(&mut self, start: &Moving, dt: f64, next: Option<&Piece>) {
+        let record = &*self.run.record;
+        let v = in_metric(start, start.velocity());
+        let rows = turned_rows(start, &self.change.way, self.scale);
+        // In constant geometry all times are in proportion to the speeds.
+        let mut longest = 0.0_f64;
+        for i in 0..start.count() {
+            let (h, u) = start.point(i);
+            if h == 0.0 && u != 0.0 {
+                let turned = changed(&rows, i, 1).map_or(0.0, |row| row.dot(&v));
+                longest = longest.max(((start.row(i, false).dot(&self.change.speed) + turned) / u).abs());
+            }
+        }
+        self.shift += longest * dt / self.found.unit;
+        let then = next.filter(|next| next.flight.is_none()).map(|next| &record.spans[next.span].motion);
+        let modes: ContactLetters<Mode> = match then {
+            Some(Motion::Modes { word, .. }) if word.len() == start.count() => word.clone(),
+            _ => {
+                let zeno = record.zeno.get(self.found.zeno.len());
+                let closed = |i: usize| zeno.is_some_and(|zeno| zeno.closed.get(start.contact(i)) == Some(&true));
+                (0..start.count()).map(|i| if closed(i) { Mode::Right } else { Mode::Separate }).collect()
+            }
+        };
+        // The way is held at the end.
+        let way = self.change.way.clone();
+        if modes.iter().any(|mode| *mode != Mode::Separate) {
+            self.before = modes.clone();
+            self.hold(0, start, &modes);
+        }
+        self.change.way = way;
+        self.change.way.add_scaled(&self.change.speed, dt);
+        self.before = modes;
+    }
+
+    /// The impacts between this piece and the next one, in order.
+    fn blows(&mut self, next: Option<&Piece>) -> Vec<Blow> {
+        let record = &*self.run.record;
+        let until = match next {
+            Some(Piece { flight: Some(Flight::Body(index)), .. }) => index + 1,
+            Some(Piece { flight: Some(Flight::Rows(_)), .. }) => self.passed[0] + 1,
+            Some(Piece { span, .. }) => record.spans[*span].first_collision,
+            None => record.collisions.len(),
+        };
+        let end = next.map_or(record.end.clock, |next| next.clock);
+        let mut blows = Vec::new();
+        loop {
+            let [plain, listed] = &mut self.passed;
+            match record.impacts.get(*listed) {
+                Some(hit) if hit.collisions <= *plain && hit.clock.since(end) <= 0.0 => {
+                    let at = self.run.posture().filter(|p| hit.contact < p.contacts().len());
+                    let at = at.map_or(hit.contact, |posture| posture.point_of(hit.contact));
+                    let rate = hit.before.get(at).copied().unwrap_or(0.0);
+                    blows.push(Blow { contact: hit.contact, impulse: Some(hit.impulse), jump: 0.0, rate });
+                    *listed += 1;
+                }
+                _ if *plain < until => {
+                    let hit = &record.collisions[*plain];
+                    let (contact, rate) = (hit.contact, hit.before[hit.contact]);
+                    blows.push(Blow { contact, impulse: None, jump: hit.jump, rate });
+                    *plain += 1;
+                }
+                _ => return blows,
+            }
+        }
+    }
+
+    /// The impacts of one instant. `before`, `after`: the accelerations of the pieces around it.
+    fn strike(&mut self, mut state: Moving, modes: &[Mode], blows: &[Blow], before: Coordinates, after: &Coordinates) {
+        let (mut done, mut a) = (0, before);
+        while let Some(first) = blows.get(done) {
+            let point = |blow: &Blow| {
+                let own = (0..state.count()).filter(|&i| state.contact(i) == blow.contact);
+                own.min_by(|&i, &j| state.point(i).0.total_cmp(&state.point(j).0))
+            };
+            let (Some(i), true) = (point(first), first.rate < 0.0) else {
+                // An impact without collision: of a jam.
+                done += 1;
+                continue;
+            };
+            let late = -state.row(i, false).dot(&self.change.way) / first.rate;
+            let mut v = in_metric(&state, state.velocity());
+            self.change.way.add_scaled(&v, late);
+            self.change.speed.add_scaled(&a, late);
+            // All that are hit at once, with those that rest.
+            let rests = |j: &usize| done == 0 && modes.get(*j).is_some_and(|mode| *mode != Mode::Separate);
+            let mut hit: Vec<(usize, f64)> = vec![(i, first.rate)];
+            let mut count = 1;
+            if self.options.policy() == Simultaneous::Together && first.impulse.is_some() {
+                for blow in &blows[done + 1..] {
+                    match point(blow) {
+                        Some(j) if hit.iter().all(|(k, _)| *k != j) && blow.rate < 0.0 => {
+                            hit.push((j, blow.rate));
+                            count += 1;
+                        }
+                        _ => break,
+                    }
+                }
+                if self.options.hits_resting() {
+                    let resting: Vec<usize> = (0..state.count()).filter(rests).collect();
+                    for j in resting {
+                        if hit.iter().all(|(k, _)| *k != j) {
+                            hit.push((j, 0.0));
+                        }
+                    }
+                }
+            }
+            self.blow(&state, &hit);
+            for (blow, (j, _)) in blows[done..done + count].iter().zip(&hit) {
+                let nn = state.impact_matrix(*j).nn;
+                state.push(*j, blow.impulse.unwrap_or([0.0, blow.jump / nn]));
+            }
+            done += count;
+            v = in_metric(&state, state.velocity());
+            a = if done < blows.len() { self.fall(&state) } else { after.clone() };
+            self.change.way.add_scaled(&v, -late);
+            self.change.speed.add_scaled(&a, -late);
+            self.shift = late / self.found.unit;
+        }
+    }
+
+    /// The change of the impulses of these points, which are hit at once at these rates.
+    fn blow(&mut self, state: &Moving, hit: &[(usize, f64)]) {
+        let law = self.options.impact;
+        let v = in_metric(state, state.velocity());
+        let turned = turned_rows(state, &self.change.way, self.scale);
+        let rows: Vec<Coordinates> =
+            hit.iter().flat_map(|&(i, _)| [true, false].map(|t| state.row(i, t))).collect();
+        let changes: Vec<Coordinates> = hit
+            .iter()
+            .flat_map(|&(i, _)| [0, 1].map(|k| changed(&turned, i, k).cloned().unwrap_or(Coordinates::zeros(v.len()))))
+            .collect();
+        let rates: Vec<f64> = hit.iter().flat_map(|&(i, rate)| [state.slip(i), rate]).collect();
+        let faster: Vec<f64> =
+            rows.iter().zip(&changes).map(|(row, turn)| row.dot(&self.change.speed) + turn.dot(&v)).collect();
+        // The law is homogeneous in the rates. Its derivative, by a step that is small beside the fastest rate.
+        let fastest = hit.iter().fold(0.0_f64, |most, (_, rate)| most.max(rate.abs()));
+        let turn = changes.iter().fold(0.0_f64, |most, row| most.max(row.norm()));
+        let most = faster.iter().fold(turn * fastest, |most, rate| most.max(rate.abs()));
+        if most == 0.0 {
+            return;
+        }
+        let step = SENSITIVITY_STEP * fastest / most;
+        let impulses = |step: f64| -> Option<Vec<[f64; 2]>> {
+            let rows: Vec<Coordinates> =
+                rows.iter().zip(&changes).map(|(row, turn)| row.plus(turn, step)).collect();
+            let rate = |k: usize| rates[k] + step * faster[k];
+            if let [(i, _)] = hit {
+                let w = Matrix { nn: rows[1].dot(&rows[1]), nt: rows[0].dot(&rows[1]), tt: rows[0].dot(&rows[0]) };
+                return friction::impulse(law, &w, [rate(0), rate(1)], &state.material(*i)).map(|one| vec![one]);
+            }
+            let parties: ContactValues<Party> = hit
+                .iter()
+                .enumerate()
+                .map(|(k, &(i, u))| Party {
+                    // A contact at rest stays on its ground.
+                    before: [rate(2 * k), if u == 0.0 { 0.0 } else { rate(2 * k + 1) }],
+                    material: state.material(i).in_impacts(law),
+                })
+                .collect();
+            together(&parties, |k, l| rows[k].dot(&rows[l]), v.len()).map(|found| found.impulses.to_vec())
+        };
+        let (Some(one), Some(two)) = (impulses(0.0), impulses(step)) else { return };
+        for (k, (one, two)) in one.iter().zip(&two).enumerate() {
+            for part in 0..2 {
+                let row = 2 * k + part;
+                self.change.speed.add_scaled(&rows[row], (two[part] - one[part]) / step);
+                self.change.speed.add_scaled(&changes[row], one[part]);
+            }
+        }
+    }
+}
