@@ -579,12 +579,20 @@ pub(crate) const PUSH: f64 = 1e-9;
 /// on. Range: 1e-300 to 1e-12.
 pub(crate) const NO_PUSH: f64 = 1e-15;
 
-/// Step of the numerical derivatives along a run. Unit: the size of what is changed. The error of a derivative is about this number, as is
-/// that of rounding, ε over it. Range: 1e-9 to 1e-6.
-pub(crate) const SENSITIVITY_STEP: f64 = 1e-7;
+/// Step of the central differences along a run. Unit: the size of what is changed. The error of a derivative is about its square, and that of
+/// rounding is ε over it. Range: 1e-7 to 1e-4.
+pub(crate) const SENSITIVITY_STEP: f64 = 1e-6;
 
 /// Growth of a small change of the start beyond which it is no longer followed: all digits have long been lost. Range: above 1e32.
 pub(crate) const FOLLOWED_GROWTH: f64 = 1e100;
+
+/// Rate of an impact below which a change of the start is not followed through it. Unit: the largest rate of an impact so far. It is one of the
+/// last impacts of an accumulation. Range: 1e-5 to 1e-2.
+pub(crate) const SLOW_IMPACT: f64 = 1e-4;
+
+/// Time for which contacts are held after which slow impacts are a motion of their own, and not the last of an accumulation. Unit: √(size/g).
+/// Range: 1e-6 to 1e-1.
+pub(crate) const LASTING_PHASE: f64 = 1e-3;
 
 /// Singular values of the forces that hold contacts which count as zero: forces that others can replace. Unit: the largest. Range: 1e-12 to
 /// 1e-6.

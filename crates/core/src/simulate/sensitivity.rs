@@ -29,12 +29,12 @@ use crate::math::roots::ORDER;
 use crate::modes::Mode;
 use crate::motion::moving::Moving;
 use crate::motion::record::Motion;
-use crate::options::{Options, Simultaneous};
+use crate::options::{Impact, Options, Simultaneous};
 use crate::outcome::Outcome;
 use crate::simulate::reader::{Held, Reader};
 use crate::simulate::trajectory::{Flight, Piece, Trajectory};
 use crate::sustained::{BodyState, Step};
-use crate::tolerance::{FOLLOWED_GROWTH, SENSITIVITY_STEP, SINGULAR_HOLD};
+use crate::tolerance::{FOLLOWED_GROWTH, LASTING_PHASE, SENSITIVITY_STEP, SINGULAR_HOLD, SLOW_IMPACT};
 
 /// How much the end of a run depends on its start, from [`Trajectory::sensitivity`](crate::Trajectory::sensitivity).
 #[derive(Debug, Clone, Default)]
@@ -96,6 +96,8 @@ struct Walk<'a> {
     error: f64,
     /// Shift of the time of the last event, in units of time.
     shift: f64,
+    /// The largest rate of an impact since contacts were held for long, in m/s.
+    fastest: f64,
     found: Sensitivity,
     /// Impacts that have been passed: plain ones, and others.
     passed: [usize; 2],
@@ -151,9 +153,9 @@ fn turned_rows(state: &Moving, way: &Coordinates, scale: Scale) -> Vec<[Coordina
         return Vec::new();
     }
     let step = SENSITIVITY_STEP * scale.length / far;
-    let after = Moving::Turning(Box::new(displaced(body, way, step)));
+    let [one, two] = [-step, step].map(|step| Moving::Turning(Box::new(displaced(body, way, step))));
     let change = |i: usize, tangential: bool| {
-        after.row(i, tangential).plus(&state.row(i, tangential), -1.0).scaled(1.0 / step)
+        two.row(i, tangential).plus(&one.row(i, tangential), -1.0).scaled(0.5 / step)
     };
     (0..state.count()).map(|i| [change(i, true), change(i, false)]).collect()
 }
@@ -199,6 +201,7 @@ impl<'a> Walk<'a> {
             growth: 0.0,
             error: 0.0,
             shift: 0.0,
+            fastest: 0.0,
             found: Sensitivity { unit: length / scale.speed, ..Sensitivity::default() },
             passed: [0; 2],
             before: ContactLetters::from_elem(Mode::Separate, start.count()),
@@ -212,7 +215,7 @@ impl<'a> Walk<'a> {
         let dt = end.since(piece.clock).max(0.0);
         let motion = piece.flight.is_none().then(|| &record.spans[piece.span].motion);
         if let Some(Motion::Sum { start, .. }) = motion {
-            self.sum(start, dt, next);
+            self.sum(k, start, dt, next);
         } else {
             let (start, modes) = self.reader.moving(k, 0.0)?;
             let modes: ContactLetters<Mode> = ContactLetters::from_slice(&modes);
@@ -222,6 +225,9 @@ impl<'a> Walk<'a> {
                     (self.growth, self.error) = (0.0, 0.0);
                 }
                 self.flow_held(&start, &modes, dt);
+                if dt > LASTING_PHASE * self.found.unit {
+                    self.fastest = 0.0;
+                }
             } else {
                 self.change.way.add_scaled(&self.change.speed, dt);
             }
@@ -229,7 +235,7 @@ impl<'a> Walk<'a> {
         }
         self.renew(end);
         let blows = self.blows(next);
-        if !blows.is_empty() {
+        if blows.iter().any(|blow| self.is_fast(blow.rate)) {
             let (state, modes) = self.reader.moving(k, dt)?;
             let modes: ContactLetters<Mode> = ContactLetters::from_slice(&modes);
             let before = self.acceleration(k, &state, &modes);
@@ -241,6 +247,8 @@ impl<'a> Walk<'a> {
                 None => self.fall(&state),
             };
             self.strike(state, &modes, &blows, before, &after);
+            // An impact may end or turn back a slide, at once.
+            self.before.fill(Mode::Separate);
             self.renew(end);
         }
         let done = self.found.zeno.len();
@@ -263,6 +271,9 @@ impl<'a> Walk<'a> {
         if size > 0.0 {
             self.change.scale(1.0 / size);
             self.shift /= size;
+        }
+        if std::env::var("SENSDBG").is_ok() {
+            eprintln!("DBG {:.17e} {:.6e} {:.6e} {:?}", clock.hi, libm::exp(self.growth), self.shift, self.before);
         }
         if self.error + libm::log(f64::EPSILON) >= 0.0 && self.found.lost.is_none() {
             self.found.lost = Some(clock);
@@ -313,8 +324,8 @@ impl<'a> Walk<'a> {
         let was = |i: usize| self.before.get(i).copied().unwrap_or(Mode::Separate);
         let slides = |mode: Mode| matches!(mode, Mode::Left | Mode::Right);
         // A slide that ends or turns back: its time.
-        let ends = (0..modes.len()).find(|&i| slides(was(i)) && modes[i] != was(i) && modes[i] != Mode::Separate);
-        if let Some(i) = ends {
+        let turns = |&i: &usize| slides(was(i)) && modes[i] != was(i) && modes[i] != Mode::Separate;
+        if let Some(i) = (0..modes.len()).find(turns) {
             let before: ContactLetters<Mode> = self.before.clone();
             let a = self.acceleration(k.saturating_sub(1), start, &before);
             let row = start.row(i, true);
@@ -335,6 +346,9 @@ impl<'a> Walk<'a> {
             let (t, n) = (start.row(i, true), start.row(i, false));
             let mu = start.friction(i);
             let sticks = *mode == Mode::Fixed && mu > 0.0;
+            // Contacts that have landed were stopped by impacts.
+            let smooth = self.options.impact == Impact::Newton && was(i) == Mode::Separate;
+            let mu = if smooth { 0.0 } else { mu };
             let rate = |row: &Coordinates, k: usize| {
                 let turned = changed(&rows, i, k).map_or(0.0, |row| row.dot(&v));
                 row.dot(&self.change.speed) + turned
@@ -368,44 +382,53 @@ impl<'a> Walk<'a> {
             return;
         };
         let step = SENSITIVITY_STEP / size;
+        let [one, two] = [-step, step].map(|step| {
+            let near = self.near(body, modes, step);
+            let after = Moving::Turning(Box::new(Held::new(&near, modes).at(dt)));
+            [after.displacement(), after.velocity()].map(|of| in_metric(&after, of))
+        });
+        self.change.way = two[0].plus(&one[0], -1.0).scaled(0.5 / step);
+        self.change.speed = two[1].plus(&one[1], -1.0).scaled(0.5 / step);
+    }
+
+    /// The body with this multiple of the change, its contacts held in these modes.
+    fn near(&self, body: &BodyState, modes: &[Mode], step: f64) -> BodyState {
         let mut near = displaced(body, &self.change.way, step);
         let [x, y, turn] = three(&self.change.speed, step);
         near.center.v += Vector2::new(x, y);
         near.spin.omega += turn / body.rho2.sqrt();
-        let moved = Moving::Turning(Box::new(near));
-        let v = in_metric(&moved, moved.velocity());
-        let rates: Vec<f64> = (0..moved.count()).map(|i| moved.row(i, false).dot(&v)).collect();
-        let Moving::Turning(mut near) = moved else { return };
-        for (i, p) in near.points.iter_mut().enumerate() {
-            if modes[i] == Mode::Separate {
-                p.u = rates[i];
+        let (v, omega) = (near.center.v, near.spin.omega);
+        for (p, mode) in near.points.iter_mut().zip(modes) {
+            if *mode == Mode::Separate {
+                p.u = p.normal.dot(&v) + p.b * omega;
             } else {
                 (p.h, p.u) = (0.0, 0.0);
             }
         }
-        let [one, two] = [body, &*near].map(|from| {
-            let after = Moving::Turning(Box::new(Held::new(from, modes).at(dt)));
-            [after.displacement(), after.velocity()].map(|of| in_metric(&after, of))
-        });
-        self.change.way = two[0].plus(&one[0], -1.0).scaled(1.0 / step);
-        self.change.speed = two[1].plus(&one[1], -1.0).scaled(1.0 / step);
+        near
     }
 
     /// A sum of impacts of this duration. The contacts that come to rest take off the change along their forces.
-    fn sum(&mut self, start: &Moving, dt: f64, next: Option<&Piece>) {
+    fn sum(&mut self, k: usize, start: &Moving, dt: f64, next: Option<&Piece>) {
         let record = &*self.run.record;
         let v = in_metric(start, start.velocity());
         let rows = turned_rows(start, &self.change.way, self.scale);
-        // In constant geometry all times are in proportion to the speeds.
-        let mut longest = 0.0_f64;
-        for i in 0..start.count() {
-            let (h, u) = start.point(i);
-            if h == 0.0 && u != 0.0 {
-                let turned = changed(&rows, i, 1).map_or(0.0, |row| row.dot(&v));
-                longest = longest.max(((start.row(i, false).dot(&self.change.speed) + turned) / u).abs());
+        // The contact that lands, or has just taken off. In constant geometry all times are in proportion to its speed.
+        let moves = (0..start.count()).filter(|&i| start.point(i).0 == 0.0 && start.point(i).1 != 0.0);
+        let fastest = moves.max_by(|&i, &j| start.point(i).1.abs().total_cmp(&start.point(j).1.abs()));
+        if let Some(i) = fastest {
+            let (row, u) = (start.row(i, false), start.point(i).1);
+            let a = match u < 0.0 {
+                true => self.acceleration(k.saturating_sub(1), start, &self.before.clone()),
+                false => self.fall(start),
+            };
+            let late = -row.dot(&self.change.way) / u;
+            let turned = changed(&rows, i, 1).map_or(0.0, |row| row.dot(&v));
+            let faster = row.dot(&self.change.speed) + turned + row.dot(&a) * late;
+            if self.is_fast(u) {
+                self.shift = (late + dt * faster / u) / self.found.unit;
             }
         }
-        self.shift += longest * dt / self.found.unit;
         let then = next.filter(|next| next.flight.is_none()).map(|next| &record.spans[next.span].motion);
         let modes: ContactLetters<Mode> = match then {
             Some(Motion::Modes { word, .. }) if word.len() == start.count() => word.clone(),
@@ -415,13 +438,9 @@ impl<'a> Walk<'a> {
                 (0..start.count()).map(|i| if closed(i) { Mode::Right } else { Mode::Separate }).collect()
             }
         };
-        // The way is held at the end.
-        let way = self.change.way.clone();
         if modes.iter().any(|mode| *mode != Mode::Separate) {
-            self.before = modes.clone();
-            self.hold(0, start, &modes);
+            self.hold(k, start, &modes);
         }
-        self.change.way = way;
         self.change.way.add_scaled(&self.change.speed, dt);
         self.before = modes;
     }
@@ -466,11 +485,16 @@ impl<'a> Walk<'a> {
                 let own = (0..state.count()).filter(|&i| state.contact(i) == blow.contact);
                 own.min_by(|&i, &j| state.point(i).0.total_cmp(&state.point(j).0))
             };
-            let (Some(i), true) = (point(first), first.rate < 0.0) else {
-                // An impact without collision: of a jam.
+            let Some(i) = point(first) else { return };
+            let impulse = |blow: &Blow, state: &Moving, i: usize| {
+                blow.impulse.unwrap_or([0.0, blow.jump / state.impact_matrix(i).nn])
+            };
+            if first.rate >= 0.0 {
+                // An impact without collision, of a jam.
+                state.push(i, impulse(first, &state, i));
                 done += 1;
                 continue;
-            };
+            }
             let late = -state.row(i, false).dot(&self.change.way) / first.rate;
             let mut v = in_metric(&state, state.velocity());
             self.change.way.add_scaled(&v, late);
@@ -482,7 +506,10 @@ impl<'a> Walk<'a> {
             if self.options.policy() == Simultaneous::Together && first.impulse.is_some() {
                 for blow in &blows[done + 1..] {
                     match point(blow) {
-                        Some(j) if hit.iter().all(|(k, _)| *k != j) && blow.rate < 0.0 => {
+                        Some(j)
+                            if hit.iter().all(|(k, _)| *k != j)
+                                && (blow.rate < 0.0 || rests(&j)) =>
+                        {
                             hit.push((j, blow.rate));
                             count += 1;
                         }
@@ -500,8 +527,7 @@ impl<'a> Walk<'a> {
             }
             self.blow(&state, &hit);
             for (blow, (j, _)) in blows[done..done + count].iter().zip(&hit) {
-                let nn = state.impact_matrix(*j).nn;
-                state.push(*j, blow.impulse.unwrap_or([0.0, blow.jump / nn]));
+                state.push(*j, impulse(blow, &state, *j));
             }
             done += count;
             v = in_metric(&state, state.velocity());
@@ -510,6 +536,13 @@ impl<'a> Walk<'a> {
             self.change.speed.add_scaled(&a, -late);
             self.shift = late / self.found.unit;
         }
+    }
+
+    /// Whether the change is followed through an impact at this rate, in m/s. The last impacts of an accumulation are left out: a change of the
+    /// size of their motion or larger has no effect on it, and what is left of their speed is taken off when the contacts are held.
+    fn is_fast(&mut self, rate: f64) -> bool {
+        self.fastest = self.fastest.max(rate.abs());
+        rate.abs() > SLOW_IMPACT * self.fastest
     }
 
     /// The change of the impulses of these points, which are hit at once at these rates.
@@ -553,12 +586,13 @@ impl<'a> Walk<'a> {
                 .collect();
             together(&parties, |k, l| rows[k].dot(&rows[l]), v.len()).map(|found| found.impulses.to_vec())
         };
-        let (Some(one), Some(two)) = (impulses(0.0), impulses(step)) else { return };
-        for (k, (one, two)) in one.iter().zip(&two).enumerate() {
+        let all = [0.0, -step, step].map(impulses);
+        let [Some(now), Some(one), Some(two)] = all else { return };
+        for (k, now) in now.iter().enumerate() {
             for part in 0..2 {
                 let row = 2 * k + part;
-                self.change.speed.add_scaled(&rows[row], (two[part] - one[part]) / step);
-                self.change.speed.add_scaled(&changes[row], one[part]);
+                self.change.speed.add_scaled(&rows[row], (two[k][part] - one[k][part]) / (2.0 * step));
+                self.change.speed.add_scaled(&changes[row], now[part]);
             }
         }
     }
