@@ -101,8 +101,11 @@ struct Walk<'a> {
     found: Sensitivity,
     /// Impacts that have been passed: plain ones, and others.
     passed: [usize; 2],
-    /// The modes before this piece.
+    /// The modes before this piece, and whether an impact followed, which may end a slide or turn it back at once.
     before: ContactLetters<Mode>,
+    struck: bool,
+    /// Whether an accumulation ends, whose last impacts are not followed.
+    fades: bool,
 }
 
 /// How much the end of this run depends on its start; `None` if nothing was recorded or nothing moves.
@@ -205,6 +208,8 @@ impl<'a> Walk<'a> {
             found: Sensitivity { unit: length / scale.speed, ..Sensitivity::default() },
             passed: [0; 2],
             before: ContactLetters::from_elem(Mode::Separate, start.count()),
+            struck: false,
+            fades: false,
         })
     }
 
@@ -214,7 +219,10 @@ impl<'a> Walk<'a> {
         let end = next.map_or(record.end.clock, |next| next.clock);
         let dt = end.since(piece.clock).max(0.0);
         let motion = piece.flight.is_none().then(|| &record.spans[piece.span].motion);
-        if let Some(Motion::Sum { start, .. }) = motion {
+        let lasts = dt > LASTING_PHASE * self.found.unit || next.is_none();
+        if self.fades && !lasts {
+            self.change.way.add_scaled(&self.change.speed, dt);
+        } else if let Some(Motion::Sum { start, .. }) = motion {
             self.sum(k, start, dt, next);
         } else {
             let (start, modes) = self.reader.moving(k, 0.0)?;
@@ -225,7 +233,7 @@ impl<'a> Walk<'a> {
                     (self.growth, self.error) = (0.0, 0.0);
                 }
                 self.flow_held(&start, &modes, dt);
-                if dt > LASTING_PHASE * self.found.unit {
+                if lasts {
                     self.fastest = 0.0;
                 }
             } else {
@@ -233,6 +241,8 @@ impl<'a> Walk<'a> {
             }
             self.before = modes;
         }
+        self.fades &= !lasts;
+        self.struck = false;
         self.renew(end);
         let blows = self.blows(next);
         if blows.iter().any(|blow| self.is_fast(blow.rate)) {
@@ -247,8 +257,7 @@ impl<'a> Walk<'a> {
                 None => self.fall(&state),
             };
             self.strike(state, &modes, &blows, before, &after);
-            // An impact may end or turn back a slide, at once.
-            self.before.fill(Mode::Separate);
+            self.struck = true;
             self.renew(end);
         }
         let done = self.found.zeno.len();
@@ -325,7 +334,7 @@ impl<'a> Walk<'a> {
         let slides = |mode: Mode| matches!(mode, Mode::Left | Mode::Right);
         // A slide that ends or turns back: its time.
         let turns = |&i: &usize| slides(was(i)) && modes[i] != was(i) && modes[i] != Mode::Separate;
-        if let Some(i) = (0..modes.len()).find(turns) {
+        if let Some(i) = (0..modes.len()).find(turns).filter(|_| !self.struck) {
             let before: ContactLetters<Mode> = self.before.clone();
             let a = self.acceleration(k.saturating_sub(1), start, &before);
             let row = start.row(i, true);
@@ -341,13 +350,14 @@ impl<'a> Walk<'a> {
                 }
             }
         }
-        let (mut held, mut forces) = (Vec::new(), Vec::new());
+        let (mut held, mut forces, mut rubs) = (Vec::new(), Vec::new(), false);
         for (i, mode) in modes.iter().enumerate().filter(|(_, mode)| **mode != Mode::Separate) {
             let (t, n) = (start.row(i, true), start.row(i, false));
             let mu = start.friction(i);
             let sticks = *mode == Mode::Fixed && mu > 0.0;
             // Contacts that have landed were stopped by impacts.
             let smooth = self.options.impact == Impact::Newton && was(i) == Mode::Separate;
+            rubs |= smooth && mu > 0.0 && slides(*mode);
             let mu = if smooth { 0.0 } else { mu };
             let rate = |row: &Coordinates, k: usize| {
                 let turned = changed(&rows, i, k).map_or(0.0, |row| row.dot(&v));
@@ -363,15 +373,23 @@ impl<'a> Walk<'a> {
         let matrix = DMatrix::from_fn(held.len(), forces.len(), |j, l| held[j].0.dot(&forces[l]));
         let svd = matrix.svd(true, true);
         let bound = SINGULAR_HOLD * svd.singular_values.max();
-        let take = |of: DVector<f64>, from: &mut Coordinates| {
-            if let Ok(parts) = svd.solve(&of, bound) {
+        let take = |of: Vec<f64>, from: &mut Coordinates| {
+            if let Ok(parts) = svd.solve(&DVector::from_vec(of), bound) {
                 for (part, force) in parts.iter().zip(&forces) {
                     from.add_scaled(force, -part);
                 }
             }
         };
-        take(DVector::from_iterator(held.len(), held.iter().map(|row| row.1)), &mut self.change.speed);
-        take(DVector::from_iterator(held.len(), held.iter().map(|row| row.2)), &mut self.change.way);
+        take(held.iter().map(|row| row.1).collect(), &mut self.change.speed);
+        take(held.iter().map(|row| row.2).collect(), &mut self.change.way);
+        if rubs {
+            // Until then the ground held without friction.
+            let after = self.acceleration(k, start, modes);
+            let mut jump = self.fall(start).plus(&after, -1.0);
+            let parts = held.iter().map(|row| row.0.dot(&jump)).collect();
+            take(parts, &mut jump);
+            self.change.speed.add_scaled(&jump, self.shift * self.found.unit);
+        }
     }
 
     /// Follows the change for `dt` while contacts are held.
@@ -439,7 +457,7 @@ impl<'a> Walk<'a> {
             }
         };
         if modes.iter().any(|mode| *mode != Mode::Separate) {
-            self.hold(k, start, &modes);
+            self.hold(k + 1, start, &modes);
         }
         self.change.way.add_scaled(&self.change.speed, dt);
         self.before = modes;
@@ -542,7 +560,8 @@ impl<'a> Walk<'a> {
     /// size of their motion or larger has no effect on it, and what is left of their speed is taken off when the contacts are held.
     fn is_fast(&mut self, rate: f64) -> bool {
         self.fastest = self.fastest.max(rate.abs());
-        rate.abs() > SLOW_IMPACT * self.fastest
+        self.fades |= rate.abs() <= SLOW_IMPACT * self.fastest;
+        !self.fades
     }
 
     /// The change of the impulses of these points, which are hit at once at these rates.
