@@ -34,7 +34,7 @@ use crate::outcome::Outcome;
 use crate::simulate::reader::{Held, Reader};
 use crate::simulate::trajectory::{Flight, Piece, Trajectory};
 use crate::sustained::{BodyState, Step};
-use crate::tolerance::{FOLLOWED_GROWTH, LASTING_PHASE, SENSITIVITY_STEP, SINGULAR_HOLD, SLOW_IMPACT};
+use crate::tolerance::{FOLLOWED_GROWTH, LASTING_PHASE, SENSITIVITY_STEP, SINGULAR_HOLD, SLOW_IMPACT, STILL};
 
 /// How much the end of a run depends on its start, from [`Trajectory::sensitivity`](crate::Trajectory::sensitivity).
 #[derive(Debug, Clone, Default)]
@@ -104,7 +104,7 @@ struct Walk<'a> {
     /// The modes before this piece, and whether an impact followed, which may end a slide or turn it back at once.
     before: ContactLetters<Mode>,
     struck: bool,
-    /// Whether an accumulation ends, whose last impacts are not followed.
+    /// Whether the last impacts were the last ones of an accumulation.
     fades: bool,
 }
 
@@ -220,43 +220,47 @@ impl<'a> Walk<'a> {
         let dt = end.since(piece.clock).max(0.0);
         let motion = piece.flight.is_none().then(|| &record.spans[piece.span].motion);
         let lasts = dt > LASTING_PHASE * self.found.unit || next.is_none();
-        if self.fades && !lasts {
-            self.change.way.add_scaled(&self.change.speed, dt);
-        } else if let Some(Motion::Sum { start, .. }) = motion {
+        if let Some(Motion::Sum { start, .. }) = motion {
             self.sum(k, start, dt, next);
         } else {
             let (start, modes) = self.reader.moving(k, 0.0)?;
             let modes: ContactLetters<Mode> = ContactLetters::from_slice(&modes);
             if modes.iter().any(|mode| *mode != Mode::Separate) {
-                self.hold(k, &start, &modes);
+                self.hold(k, &start, &modes, self.fades && !lasts);
                 if k == 0 {
                     (self.growth, self.error) = (0.0, 0.0);
                 }
                 self.flow_held(&start, &modes, dt);
                 if lasts {
-                    self.fastest = 0.0;
+                    (self.fastest, self.fades) = (0.0, false);
                 }
             } else {
                 self.change.way.add_scaled(&self.change.speed, dt);
             }
-            self.before = modes;
+            if !self.fades || lasts {
+                self.before = modes;
+            }
         }
-        self.fades &= !lasts;
         self.struck = false;
         self.renew(end);
         let blows = self.blows(next);
-        if blows.iter().any(|blow| self.is_fast(blow.rate)) {
+        if !blows.is_empty() {
             let (state, modes) = self.reader.moving(k, dt)?;
             let modes: ContactLetters<Mode> = ContactLetters::from_slice(&modes);
-            let before = self.acceleration(k, &state, &modes);
-            let after = match next {
-                Some(_) => {
-                    let (start, modes) = self.reader.moving(k + 1, 0.0)?;
-                    self.acceleration(k + 1, &start, &modes)
-                }
-                None => self.fall(&state),
-            };
-            self.strike(state, &modes, &blows, before, &after);
+            self.fades = !blows.iter().any(|blow| self.is_fast(blow.rate));
+            if self.fades {
+                self.stop(k, &state, modes, &blows);
+            } else {
+                let before = self.acceleration(k, &state, &modes);
+                let after = match next {
+                    Some(_) => {
+                        let (start, modes) = self.reader.moving(k + 1, 0.0)?;
+                        self.acceleration(k + 1, &start, &modes)
+                    }
+                    None => self.fall(&state),
+                };
+                self.strike(state, &modes, &blows, before, &after);
+            }
             self.struck = true;
             self.renew(end);
         }
@@ -327,14 +331,14 @@ impl<'a> Walk<'a> {
     }
 
     /// Takes off, along the contact forces, what leaves the contacts that are held in these modes from now on.
-    fn hold(&mut self, k: usize, start: &Moving, modes: &[Mode]) {
+    fn hold(&mut self, k: usize, start: &Moving, modes: &[Mode], fades: bool) {
         let v = in_metric(start, start.velocity());
         let rows = turned_rows(start, &self.change.way, self.scale);
         let was = |i: usize| self.before.get(i).copied().unwrap_or(Mode::Separate);
         let slides = |mode: Mode| matches!(mode, Mode::Left | Mode::Right);
         // A slide that ends or turns back: its time.
         let turns = |&i: &usize| slides(was(i)) && modes[i] != was(i) && modes[i] != Mode::Separate;
-        if let Some(i) = (0..modes.len()).find(turns).filter(|_| !self.struck) {
+        if let Some(i) = (0..modes.len()).find(turns).filter(|_| !self.struck && !fades) {
             let before: ContactLetters<Mode> = self.before.clone();
             let a = self.acceleration(k.saturating_sub(1), start, &before);
             let row = start.row(i, true);
@@ -382,7 +386,7 @@ impl<'a> Walk<'a> {
         };
         take(held.iter().map(|row| row.1).collect(), &mut self.change.speed);
         take(held.iter().map(|row| row.2).collect(), &mut self.change.way);
-        if rubs {
+        if rubs && !fades {
             // Until then the ground held without friction.
             let after = self.acceleration(k, start, modes);
             let mut jump = self.fall(start).plus(&after, -1.0);
@@ -443,7 +447,8 @@ impl<'a> Walk<'a> {
             let late = -row.dot(&self.change.way) / u;
             let turned = changed(&rows, i, 1).map_or(0.0, |row| row.dot(&v));
             let faster = row.dot(&self.change.speed) + turned + row.dot(&a) * late;
-            if self.is_fast(u) {
+            self.fades |= !self.is_fast(u);
+            if !self.fades {
                 self.shift = (late + dt * faster / u) / self.found.unit;
             }
         }
@@ -457,10 +462,12 @@ impl<'a> Walk<'a> {
             }
         };
         if modes.iter().any(|mode| *mode != Mode::Separate) {
-            self.hold(k + 1, start, &modes);
+            self.hold(k + 1, start, &modes, self.fades);
         }
         self.change.way.add_scaled(&self.change.speed, dt);
-        self.before = modes;
+        if !self.fades {
+            self.before = modes;
+        }
     }
 
     /// The impacts between this piece and the next one, in order.
@@ -556,12 +563,26 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Whether the change is followed through an impact at this rate, in m/s. The last impacts of an accumulation are left out: a change of the
-    /// size of their motion or larger has no effect on it, and what is left of their speed is taken off when the contacts are held.
+    /// Whether an impact at this rate (m/s) is more than one of the last ones of an accumulation.
     fn is_fast(&mut self, rate: f64) -> bool {
         self.fastest = self.fastest.max(rate.abs());
-        self.fades |= rate.abs() <= SLOW_IMPACT * self.fastest;
-        !self.fades
+        rate.abs() > SLOW_IMPACT * self.fastest
+    }
+
+    /// The last impacts of an accumulation. Their motion is smaller than a change of it that counts: the contacts count as held from now on.
+    fn stop(&mut self, k: usize, state: &Moving, mut modes: ContactLetters<Mode>, blows: &[Blow]) {
+        for blow in blows {
+            for i in (0..state.count()).filter(|&i| state.contact(i) == blow.contact) {
+                let mu = state.material(i).in_impacts(self.options.impact).friction;
+                let [t, n] = blow.impulse.unwrap_or([0.0, 1.0]);
+                modes[i] = match t.abs() < (1.0 - STILL) * mu * n {
+                    true => Mode::Fixed,
+                    false if t > 0.0 => Mode::Left,
+                    false => Mode::Right,
+                };
+            }
+        }
+        self.hold(k, state, &modes, true);
     }
 
     /// The change of the impulses of these points, which are hit at once at these rates.
