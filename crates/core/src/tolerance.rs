@@ -590,6 +590,9 @@ pub(crate) const FOLLOWED_GROWTH: f64 = 1e100;
 /// last impacts of an accumulation. Range: 1e-5 to 1e-2.
 pub(crate) const SLOW_IMPACT: f64 = 1e-4;
 
+/// Rate of an impact from which on a change of the start is followed again. Unit: the largest rate of an impact so far. Range: 1e-3 to 1e-1.
+pub(crate) const FRESH_IMPACT: f64 = 1e-2;
+
 /// Time for which contacts are held after which slow impacts are a motion of their own, and not the last of an accumulation. Unit: √(size/g).
 /// Range: 1e-6 to 1e-1.
 pub(crate) const LASTING_PHASE: f64 = 1e-3;

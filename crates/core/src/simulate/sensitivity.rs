@@ -34,7 +34,7 @@ use crate::outcome::Outcome;
 use crate::simulate::reader::{Held, Reader};
 use crate::simulate::trajectory::{Flight, Piece, Trajectory};
 use crate::sustained::{BodyState, Step};
-use crate::tolerance::{FOLLOWED_GROWTH, LASTING_PHASE, SENSITIVITY_STEP, SINGULAR_HOLD, SLOW_IMPACT, STILL};
+use crate::tolerance::{FOLLOWED_GROWTH, FRESH_IMPACT, LASTING_PHASE, SENSITIVITY_STEP, SINGULAR_HOLD, SLOW_IMPACT, STILL};
 
 /// How much the end of a run depends on its start, from [`Trajectory::sensitivity`](crate::Trajectory::sensitivity).
 #[derive(Debug, Clone, Default)]
@@ -566,7 +566,8 @@ impl<'a> Walk<'a> {
     /// Whether an impact at this rate (m/s) is more than one of the last ones of an accumulation.
     fn is_fast(&mut self, rate: f64) -> bool {
         self.fastest = self.fastest.max(rate.abs());
-        rate.abs() > SLOW_IMPACT * self.fastest
+        let least = if self.fades { FRESH_IMPACT } else { SLOW_IMPACT };
+        rate.abs() > least * self.fastest
     }
 
     /// The last impacts of an accumulation. Their motion is smaller than a change of it that counts: the contacts count as held from now on.
