@@ -587,14 +587,13 @@ pub(crate) const SENSITIVITY_STEP: f64 = 1e-6;
 pub(crate) const FOLLOWED_GROWTH: f64 = 1e100;
 
 /// Rate of an impact below which a change of the start is not followed through it. Unit: the largest rate of an impact so far. It is one of the
-/// last impacts of an accumulation. Range: 1e-5 to 1e-2.
-pub(crate) const SLOW_IMPACT: f64 = 1e-4;
+/// last impacts of an accumulation. Range: 1e-8 to 1e-4.
+pub(crate) const SLOW_IMPACT: f64 = 1e-6;
 
-/// Rate of an impact from which on a change of the start is followed again. Unit: the largest rate of an impact so far. Range: 1e-3 to 1e-1.
-pub(crate) const FRESH_IMPACT: f64 = 1e-2;
+/// Rate of an impact from which on a change of the start is followed again. Unit: the largest rate of an impact so far. Range: 1e-5 to 1e-2.
+pub(crate) const FRESH_IMPACT: f64 = 1e-4;
 
-/// Time for which contacts are held after which slow impacts are a motion of their own, and not the last of an accumulation. Unit: √(size/g).
-/// Range: 1e-6 to 1e-1.
+/// Time for which contacts are held up to which a phase belongs to an accumulation of impacts. Unit: √(size/g). Range: 1e-6 to 1e-1.
 pub(crate) const LASTING_PHASE: f64 = 1e-3;
 
 /// Singular values of the forces that hold contacts which count as zero: forces that others can replace. Unit: the largest. Range: 1e-12 to

@@ -34,7 +34,10 @@ use crate::outcome::Outcome;
 use crate::simulate::reader::{Held, Reader};
 use crate::simulate::trajectory::{Flight, Piece, Trajectory};
 use crate::sustained::{BodyState, Step};
-use crate::tolerance::{FOLLOWED_GROWTH, FRESH_IMPACT, LASTING_PHASE, SENSITIVITY_STEP, SINGULAR_HOLD, SLOW_IMPACT, STILL};
+use crate::tolerance::{
+    FOLLOWED_GROWTH, FRESH_IMPACT, LASTING_PHASE, SENSITIVITY_STEP, SINGULAR_HOLD, SLOW_IMPACT,
+    STILL,
+};
 
 /// How much the end of a run depends on its start, from [`Trajectory::sensitivity`](crate::Trajectory::sensitivity).
 #[derive(Debug, Clone, Default)]
@@ -126,7 +129,9 @@ pub(super) fn of_run(run: &Trajectory) -> Option<Sensitivity> {
 fn in_metric(state: &Moving, mut of: Coordinates) -> Coordinates {
     if let Some(body) = state.turning() {
         let rho = body.rho2.sqrt();
-        of = Coordinates::from_iter(of.iter().enumerate().map(|(k, x)| if k == 2 { rho * x } else { x }));
+        of = Coordinates::from_iter(
+            of.iter().enumerate().map(|(k, x)| if k == 2 { rho * x } else { x }),
+        );
     }
     of
 }
@@ -156,11 +161,20 @@ fn turned_rows(state: &Moving, way: &Coordinates, scale: Scale) -> Vec<[Coordina
         return Vec::new();
     }
     let step = SENSITIVITY_STEP * scale.length / far;
-    let [one, two] = [-step, step].map(|step| Moving::Turning(Box::new(displaced(body, way, step))));
+    let [one, two] =
+        [-step, step].map(|step| Moving::Turning(Box::new(displaced(body, way, step))));
     let change = |i: usize, tangential: bool| {
         two.row(i, tangential).plus(&one.row(i, tangential), -1.0).scaled(0.5 / step)
     };
     (0..state.count()).map(|i| [change(i, true), change(i, false)]).collect()
+}
+
+/// The part of the acceleration of a point (tangential, normal) that the turn of the body makes: (−b ω², −c ω²), in m/s².
+fn centripetal(state: &Moving, i: usize) -> [f64; 2] {
+    state.turning().map_or([0.0; 2], |body| {
+        let (p, square) = (&body.points[i], body.spin.omega * body.spin.omega);
+        [-p.b * square, -p.c * square]
+    })
 }
 
 /// A row and its change, or no change.
@@ -188,12 +202,23 @@ impl<'a> Walk<'a> {
             Moving::Turning(_) => g,
             Moving::Frozen(rows) => rows.space().pull().norm(),
         };
-        let speed = if fall > 0.0 { (fall * length).sqrt() } else if speed > 0.0 { speed } else { 1.0 };
+        let speed = if fall > 0.0 {
+            (fall * length).sqrt()
+        } else if speed > 0.0 {
+            speed
+        } else {
+            1.0
+        };
         let scale = Scale { length, speed };
-        let equal = |size: f64| Coordinates::from_iter((0..n).map(|_| size / ((2 * n) as f64).sqrt()));
+        let equal =
+            |size: f64| Coordinates::from_iter((0..n).map(|_| size / ((2 * n) as f64).sqrt()));
         let law = match &run.record.subject {
-            subject if subject.posture().is_some() => run.options().acting(run.posture()?.frictions()),
-            _ => run.options().acting((0..start.count()).map(|i| start.friction(i)).collect::<Vec<_>>().into_iter()),
+            subject if subject.posture().is_some() => {
+                run.options().acting(run.posture()?.frictions())
+            }
+            _ => run.options().acting(
+                (0..start.count()).map(|i| start.friction(i)).collect::<Vec<_>>().into_iter(),
+            ),
         };
         Some(Self {
             run,
@@ -231,7 +256,8 @@ impl<'a> Walk<'a> {
                     (self.growth, self.error) = (0.0, 0.0);
                 }
                 self.flow_held(&start, &modes, dt);
-                if lasts {
+                // What follows a long phase is a motion of its own, however slow.
+                if dt > self.found.unit {
                     (self.fastest, self.fades) = (0.0, false);
                 }
             } else {
@@ -265,7 +291,8 @@ impl<'a> Walk<'a> {
             self.renew(end);
         }
         let done = self.found.zeno.len();
-        let reached = record.zeno[done..].iter().filter(|zeno| zeno.at.clock.since(end) <= 0.0).count();
+        let reached =
+            record.zeno[done..].iter().filter(|zeno| zeno.at.clock.since(end) <= 0.0).count();
         let now = self.known();
         self.found.zeno.extend(std::iter::repeat_n(now, reached));
         Some(())
@@ -284,9 +311,6 @@ impl<'a> Walk<'a> {
         if size > 0.0 {
             self.change.scale(1.0 / size);
             self.shift /= size;
-        }
-        if std::env::var("SENSDBG").is_ok() {
-            eprintln!("DBG {:.17e} {:.6e} {:.6e} {:?}", clock.hi, libm::exp(self.growth), self.shift, self.before);
         }
         if self.error + libm::log(f64::EPSILON) >= 0.0 && self.found.lost.is_none() {
             self.found.lost = Some(clock);
@@ -344,7 +368,7 @@ impl<'a> Walk<'a> {
             let row = start.row(i, true);
             let mut slip = row.dot(&self.change.speed);
             slip += changed(&rows, i, 0).map_or(0.0, |row| row.dot(&v));
-            let rate = row.dot(&a);
+            let rate = row.dot(&a) + centripetal(start, i)[0];
             if rate != 0.0 {
                 let late = -slip / rate;
                 self.shift = late / self.found.unit;
@@ -436,8 +460,10 @@ impl<'a> Walk<'a> {
         let v = in_metric(start, start.velocity());
         let rows = turned_rows(start, &self.change.way, self.scale);
         // The contact that lands, or has just taken off. In constant geometry all times are in proportion to its speed.
-        let moves = (0..start.count()).filter(|&i| start.point(i).0 == 0.0 && start.point(i).1 != 0.0);
-        let fastest = moves.max_by(|&i, &j| start.point(i).1.abs().total_cmp(&start.point(j).1.abs()));
+        let moves =
+            (0..start.count()).filter(|&i| start.point(i).0 == 0.0 && start.point(i).1 != 0.0);
+        let fastest =
+            moves.max_by(|&i, &j| start.point(i).1.abs().total_cmp(&start.point(j).1.abs()));
         if let Some(i) = fastest {
             let (row, u) = (start.row(i, false), start.point(i).1);
             let a = match u < 0.0 {
@@ -446,19 +472,25 @@ impl<'a> Walk<'a> {
             };
             let late = -row.dot(&self.change.way) / u;
             let turned = changed(&rows, i, 1).map_or(0.0, |row| row.dot(&v));
-            let faster = row.dot(&self.change.speed) + turned + row.dot(&a) * late;
+            let falls = row.dot(&a) + centripetal(start, i)[1];
+            let faster = row.dot(&self.change.speed) + turned + falls * late;
             self.fades |= !self.is_fast(u);
             if !self.fades {
                 self.shift = (late + dt * faster / u) / self.found.unit;
             }
         }
-        let then = next.filter(|next| next.flight.is_none()).map(|next| &record.spans[next.span].motion);
+        let then =
+            next.filter(|next| next.flight.is_none()).map(|next| &record.spans[next.span].motion);
         let modes: ContactLetters<Mode> = match then {
             Some(Motion::Modes { word, .. }) if word.len() == start.count() => word.clone(),
             _ => {
                 let zeno = record.zeno.get(self.found.zeno.len());
-                let closed = |i: usize| zeno.is_some_and(|zeno| zeno.closed.get(start.contact(i)) == Some(&true));
-                (0..start.count()).map(|i| if closed(i) { Mode::Right } else { Mode::Separate }).collect()
+                let closed = |i: usize| {
+                    zeno.is_some_and(|zeno| zeno.closed.get(start.contact(i)) == Some(&true))
+                };
+                (0..start.count())
+                    .map(|i| if closed(i) { Mode::Right } else { Mode::Separate })
+                    .collect()
             }
         };
         if modes.iter().any(|mode| *mode != Mode::Separate) {
@@ -488,7 +520,12 @@ impl<'a> Walk<'a> {
                     let at = self.run.posture().filter(|p| hit.contact < p.contacts().len());
                     let at = at.map_or(hit.contact, |posture| posture.point_of(hit.contact));
                     let rate = hit.before.get(at).copied().unwrap_or(0.0);
-                    blows.push(Blow { contact: hit.contact, impulse: Some(hit.impulse), jump: 0.0, rate });
+                    blows.push(Blow {
+                        contact: hit.contact,
+                        impulse: Some(hit.impulse),
+                        jump: 0.0,
+                        rate,
+                    });
                     *listed += 1;
                 }
                 _ if *plain < until => {
@@ -503,7 +540,14 @@ impl<'a> Walk<'a> {
     }
 
     /// The impacts of one instant. `before`, `after`: the accelerations of the pieces around it.
-    fn strike(&mut self, mut state: Moving, modes: &[Mode], blows: &[Blow], before: Coordinates, after: &Coordinates) {
+    fn strike(
+        &mut self,
+        mut state: Moving,
+        modes: &[Mode],
+        blows: &[Blow],
+        before: Coordinates,
+        after: &Coordinates,
+    ) {
         let (mut done, mut a) = (0, before);
         while let Some(first) = blows.get(done) {
             let point = |blow: &Blow| {
@@ -525,7 +569,8 @@ impl<'a> Walk<'a> {
             self.change.way.add_scaled(&v, late);
             self.change.speed.add_scaled(&a, late);
             // All that are hit at once, with those that rest.
-            let rests = |j: &usize| done == 0 && modes.get(*j).is_some_and(|mode| *mode != Mode::Separate);
+            let rests =
+                |j: &usize| done == 0 && modes.get(*j).is_some_and(|mode| *mode != Mode::Separate);
             let mut hit: Vec<(usize, f64)> = vec![(i, first.rate)];
             let mut count = 1;
             if self.options.policy() == Simultaneous::Together && first.impulse.is_some() {
@@ -595,11 +640,17 @@ impl<'a> Walk<'a> {
             hit.iter().flat_map(|&(i, _)| [true, false].map(|t| state.row(i, t))).collect();
         let changes: Vec<Coordinates> = hit
             .iter()
-            .flat_map(|&(i, _)| [0, 1].map(|k| changed(&turned, i, k).cloned().unwrap_or(Coordinates::zeros(v.len()))))
+            .flat_map(|&(i, _)| {
+                [0, 1]
+                    .map(|k| changed(&turned, i, k).cloned().unwrap_or(Coordinates::zeros(v.len())))
+            })
             .collect();
         let rates: Vec<f64> = hit.iter().flat_map(|&(i, rate)| [state.slip(i), rate]).collect();
-        let faster: Vec<f64> =
-            rows.iter().zip(&changes).map(|(row, turn)| row.dot(&self.change.speed) + turn.dot(&v)).collect();
+        let faster: Vec<f64> = rows
+            .iter()
+            .zip(&changes)
+            .map(|(row, turn)| row.dot(&self.change.speed) + turn.dot(&v))
+            .collect();
         // The law is homogeneous in the rates. Its derivative, by a step that is small beside the fastest rate.
         let fastest = hit.iter().fold(0.0_f64, |most, (_, rate)| most.max(rate.abs()));
         let turn = changes.iter().fold(0.0_f64, |most, row| most.max(row.norm()));
@@ -613,8 +664,13 @@ impl<'a> Walk<'a> {
                 rows.iter().zip(&changes).map(|(row, turn)| row.plus(turn, step)).collect();
             let rate = |k: usize| rates[k] + step * faster[k];
             if let [(i, _)] = hit {
-                let w = Matrix { nn: rows[1].dot(&rows[1]), nt: rows[0].dot(&rows[1]), tt: rows[0].dot(&rows[0]) };
-                return friction::impulse(law, &w, [rate(0), rate(1)], &state.material(*i)).map(|one| vec![one]);
+                let w = Matrix {
+                    nn: rows[1].dot(&rows[1]),
+                    nt: rows[0].dot(&rows[1]),
+                    tt: rows[0].dot(&rows[0]),
+                };
+                return friction::impulse(law, &w, [rate(0), rate(1)], &state.material(*i))
+                    .map(|one| vec![one]);
             }
             let parties: ContactValues<Party> = hit
                 .iter()
@@ -625,14 +681,17 @@ impl<'a> Walk<'a> {
                     material: state.material(i).in_impacts(law),
                 })
                 .collect();
-            together(&parties, |k, l| rows[k].dot(&rows[l]), v.len()).map(|found| found.impulses.to_vec())
+            together(&parties, |k, l| rows[k].dot(&rows[l]), v.len())
+                .map(|found| found.impulses.to_vec())
         };
         let all = [0.0, -step, step].map(impulses);
         let [Some(now), Some(one), Some(two)] = all else { return };
         for (k, now) in now.iter().enumerate() {
             for part in 0..2 {
                 let row = 2 * k + part;
-                self.change.speed.add_scaled(&rows[row], (two[k][part] - one[k][part]) / (2.0 * step));
+                self.change
+                    .speed
+                    .add_scaled(&rows[row], (two[k][part] - one[k][part]) / (2.0 * step));
                 self.change.speed.add_scaled(&changes[row], now[part]);
             }
         }
