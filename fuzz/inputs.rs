@@ -229,6 +229,9 @@ impl Bytes<'_> {
             options.neighbourhood = self.number();
         }
         if self.rarely() {
+            options.sensitivity_limit = Some(self.number());
+        }
+        if self.rarely() {
             options.event_limit = self.below(20);
         }
         options.record = self.byte() < 192;

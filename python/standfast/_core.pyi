@@ -33,6 +33,7 @@ _Outcome: TypeAlias = Literal[
     "sliding",
     "time-limit",
     "event-limit",
+    "sensitivity-limit",
     "inconsistent",
     "ambiguous",
 ]
@@ -545,6 +546,7 @@ class LocalModel:
         time: float = 0.0,
         time_limit: float | None = None,
         event_limit: int = 1_000_000,
+        sensitivity_limit: float | None = None,
         record: bool = True,
         certify: bool = False,
     ) -> Run: ...
@@ -1305,6 +1307,7 @@ def simulate_many(
     time: float = 0.0,
     time_limit: float | None = None,
     event_limit: int = 1_000_000,
+    sensitivity_limit: float | None = None,
     neighbourhood: float = ...,
     edges: _Edges = "contact",
     jams: _Jams = "none",
@@ -1327,6 +1330,7 @@ def simulate(
     time: float = 0.0,
     time_limit: float | None = None,
     event_limit: int = 1_000_000,
+    sensitivity_limit: float | None = None,
     neighbourhood: float = ...,
     edges: _Edges = "contact",
     jams: _Jams = "none",

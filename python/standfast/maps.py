@@ -44,6 +44,7 @@ OPTIONS = {
     "time",
     "time_limit",
     "event_limit",
+    "sensitivity_limit",
     "neighbourhood",
     "edges",
     "record",

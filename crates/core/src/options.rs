@@ -130,6 +130,15 @@ pub struct Options {
     /// is recorded has at most 20 000 000 events over the number of contacts, and a warning says where that ended it. Steps of integration are not
     /// events; a run also ends once there are 250 000 more steps than events. Default 1 000 000.
     pub event_limit: usize,
+    /// Growth of a small change of the state, from the start or a later event, at which the run ends, with the outcome `sensitivity-limit`; see
+    /// [`Trajectory::sensitivity`](crate::Trajectory::sensitivity). With 4.5e15, 1/ε, it ends where not one digit is determined any more. The run is
+    /// followed up to four times. Default: no limit.
+    #[serde(
+        with = "crate::serial::numbers::extended_option",
+        skip_serializing_if = "Option::is_none"
+    )]
+    #[schemars(with = "Option<crate::serial::numbers::Extended>")]
+    pub sensitivity_limit: Option<f64>,
     /// Displacement of the centre of mass, in m, beyond which the outcome is `escape`. It is
     /// checked whenever the kind of motion changes. Default infinite.
     #[serde(with = "crate::serial::numbers::extended")]
@@ -158,6 +167,7 @@ impl Default for Options {
             time: 0.0,
             time_limit: None,
             event_limit: 1_000_000,
+            sensitivity_limit: None,
             neighbourhood: f64::INFINITY,
             edges: Edges::Contact,
             jams: Jams::None,
@@ -199,6 +209,9 @@ impl Options {
             }
             _ => Ok(()),
         }?;
+        if let Some(limit) = self.sensitivity_limit {
+            in_range("sensitivity_limit", limit, limit > 1.0, "> 1 (inf allowed)")?;
+        }
         in_range(
             "neighbourhood",
             self.neighbourhood,
@@ -301,6 +314,7 @@ impl Options {
             event_limit: RESIMULATED_EVENTS,
             record: false,
             edges: Edges::Ignore,
+            sensitivity_limit: None,
             ..*self
         }
     }

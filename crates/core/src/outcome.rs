@@ -209,11 +209,13 @@ pub enum Outcome {
     TimeLimit,
     /// The run reached the event limit.
     EventLimit,
+    /// A small change of the start had grown by more than the option `sensitivity_limit`.
+    SensitivityLimit,
 }
 
 impl Outcome {
     /// All of them.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Rest,
         Self::Zeno,
         Self::Escape,
@@ -222,6 +224,7 @@ impl Outcome {
         Self::Ambiguous,
         Self::TimeLimit,
         Self::EventLimit,
+        Self::SensitivityLimit,
     ];
 
     /// The name of the outcome in files.
@@ -236,6 +239,7 @@ impl Outcome {
             Self::Ambiguous => "ambiguous",
             Self::TimeLimit => "time-limit",
             Self::EventLimit => "event-limit",
+            Self::SensitivityLimit => "sensitivity-limit",
         }
     }
 }

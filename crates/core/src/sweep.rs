@@ -147,7 +147,7 @@ const ARGUMENT_WORDS: [&str; ARGUMENTS.len() + 1] = words!(ARGUMENTS, "undecided
 const REASONS: [WhyUndecided; WhyUndecided::ALL.len()] = WhyUndecided::ALL;
 const REASON_WORDS: [&str; REASONS.len() + 1] = words!(REASONS, "decided");
 
-const OUTCOMES: [Outcome; 8] = Outcome::ALL;
+const OUTCOMES: [Outcome; 9] = Outcome::ALL;
 const OUTCOME_WORDS: [&str; 8] = [
     OUTCOMES[0].as_str(),
     OUTCOMES[1].as_str(),

@@ -289,7 +289,7 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
 /// Raises ValueError naming the field, its value and the allowed range, and the first run with a wrong value, from 0.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "the keywords of the function in Python")]
-#[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), forces=Vec::new(), ground_motion=vec![None], threads=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), forces=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=False, certify=False, threads=None)")]
+#[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), forces=Vec::new(), ground_motion=vec![None], threads=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), forces=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, sensitivity_limit=None, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=False, certify=False, threads=None)")]
 pub(crate) fn simulate_many(
     py: Python<'_>,
     posture: &Bound<'_, PyAny>,

@@ -263,7 +263,7 @@ arguments! {
     real -> f64: tangential_restitution, theta, omega, time, neighbourhood, energy, fps, speed, start, end, rtol;
     real -> f64: inertia, torque, angle, surface_speed, scale;
     per_piece -> Vec<Option<f64>>: terrain_friction, terrain_restitution, terrain_speed;
-    optional -> Option<f64>: time_limit, center, at, duration, at_most;
+    optional -> Option<f64>: time_limit, sensitivity_limit, center, at, duration, at_most;
     series -> Vec<f64>: normal, tangential, load;
     reals -> [f64; 2]: impulse, force, direction, point, segment, center_of_mass, psi, phi, gaps, rates;
     reals -> [f64; 3]: q, qdot, wrench, free_acceleration;

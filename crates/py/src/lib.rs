@@ -104,7 +104,9 @@ mod _core {
     ///
     /// stop : "rest", "zeno" (at the first Zeno point) or "time" (at time_limit). time : clock at the start, s. time_limit : clock at
     /// which the run ends at the latest, s. event_limit : largest number of events; each collision and each change of the contact
-    /// modes is one event; with record at most 20 000 000 divided by the number of contacts. neighbourhood : displacement of the
+    /// modes is one event; with record at most 20 000 000 divided by the number of contacts. sensitivity_limit : growth of a small
+    /// change of the state at which the run ends, see `run.sensitivity`; with 4.5e15 it ends where not one digit is determined any more; None: no
+    /// limit. neighbourhood : displacement of the
     /// centre of mass, m, beyond which the body has escaped; it is checked when the kind of motion changes.
     ///
     /// edges : what happens where a corner of the ground meets a side of a body with an outline: "contact" (they touch, see `run.contacts`) or
@@ -131,7 +133,7 @@ mod _core {
     /// 3.0
     #[pyfunction]
     #[allow(clippy::too_many_arguments, reason = "the keywords of the function in Python")]
-    #[pyo3(signature = (posture, q=None, qdot=None, *, kicks=Vec::new(), forces=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q=(0, 0, 0), qdot=(0, 0, 0), *, kicks=(), forces=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=True, certify=False)")]
+    #[pyo3(signature = (posture, q=None, qdot=None, *, kicks=Vec::new(), forces=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q=(0, 0, 0), qdot=(0, 0, 0), *, kicks=(), forces=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, sensitivity_limit=None, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=True, certify=False)")]
     fn simulate(
         py: Python<'_>,
         #[pyo3(from_py_with = crate::stability::standing)] posture: Standing,

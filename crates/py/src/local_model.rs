@@ -82,7 +82,7 @@ impl PyLocalModel {
     /// >>> local = sf.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)
     /// >>> local.simulate(gaps=(5, 20), rates=(0, 0), stop="zeno").time    # contact 1: √(2h/g)(1+e)/(1−e)
     /// 3.0
-    #[pyo3(signature = (gaps, rates, theta=0.0, omega=0.0, **options), text_signature = "($self, gaps, rates, theta=0.0, omega=0.0, *, simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, record=True, certify=False)")]
+    #[pyo3(signature = (gaps, rates, theta=0.0, omega=0.0, **options), text_signature = "($self, gaps, rates, theta=0.0, omega=0.0, *, simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, sensitivity_limit=None, record=True, certify=False)")]
     fn simulate(
         &self,
         py: Python<'_>,

@@ -21,6 +21,7 @@ fn assign(options: &mut Options, name: &str, value: &Bound<'_, PyAny>) -> PyResu
         "time" => options.time = input::time(value)?,
         "time_limit" => options.time_limit = input::time_limit(value)?,
         "event_limit" => options.event_limit = input::event_limit(value)?,
+        "sensitivity_limit" => options.sensitivity_limit = input::sensitivity_limit(value)?,
         "neighbourhood" => options.neighbourhood = input::neighbourhood(value)?,
         "edges" => options.edges = call("edges", input::edges(value)?)?,
         "jams" => options.jams = jams(value)?,
@@ -73,6 +74,7 @@ pub(crate) fn get<'py>(py: Python<'py>, options: &Options) -> PyResult<Bound<'py
     dict.set_item("time", options.time)?;
     dict.set_item("time_limit", options.time_limit)?;
     dict.set_item("event_limit", options.event_limit)?;
+    dict.set_item("sensitivity_limit", options.sensitivity_limit)?;
     dict.set_item("neighbourhood", options.neighbourhood)?;
     dict.set_item("edges", word(&options.edges))?;
     dict.set_item("jams", word(&options.jams))?;

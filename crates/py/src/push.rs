@@ -133,7 +133,7 @@ impl PySmallestPush {
 }
 
 /// Options of a run that a push leaves no choice of.
-const NO_OPTIONS: [&str; 3] = ["stop", "record", "certify"];
+const NO_OPTIONS: [&str; 4] = ["stop", "sensitivity_limit", "record", "certify"];
 
 /// The smallest push from which a body does not come back, by a scan and by bisection, on all cores.
 ///

@@ -245,7 +245,7 @@ impl PyRobustness {
 }
 
 /// Options of a run that the kicks leave no choice of.
-const NO_OPTIONS: [&str; 4] = ["stop", "time", "record", "certify"];
+const NO_OPTIONS: [&str; 5] = ["stop", "time", "sensitivity_limit", "record", "certify"];
 
 /// The computation of `standfast.robustness` at one posture.
 ///

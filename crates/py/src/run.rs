@@ -367,7 +367,7 @@ impl PyRun {
 
     /// How the run ended: "rest"; "sliding" (the last motion never ends: a slide, a swing, joints that the contacts do not feel); "escape" (the body flies or slides away for ever,
     /// or beyond the end of its terrain); "inconsistent" (no contact mode is consistent); "ambiguous" (several are); "zeno" (`stop="zeno"`);
-    /// "time-limit"; "event-limit". `run.warnings` may say more.
+    /// "time-limit"; "event-limit"; "sensitivity-limit". `run.warnings` may say more.
     #[getter]
     fn outcome(&self) -> &str {
         self.0.outcome().as_str()

@@ -11,6 +11,7 @@ use crate::motion::subject::{MechanismStart, Subject};
 use crate::options::{Model, Options};
 use crate::outcome::ModelReason;
 use crate::simulate::limits::{clatters, ends, touch};
+use crate::simulate::sensitivity::limited;
 use crate::simulate::trajectory::Trajectory;
 use crate::sustained::Rounding;
 use crate::sustained::frozen::{Frozen, GapState, Rows};
@@ -57,6 +58,17 @@ pub fn simulate_mechanism_until(
     cancel: &dyn Fn() -> bool,
 ) -> Result<Trajectory, Error> {
     options.validate()?;
+    limited(options, |options| unlimited(mechanism, q, qdot, options, cancel))
+}
+
+/// The same without a limit of the sensitivity.
+fn unlimited(
+    mechanism: &Mechanism,
+    q: &[f64],
+    qdot: &[f64],
+    options: &Options,
+    cancel: &dyn Fn() -> bool,
+) -> Result<Trajectory, Error> {
     let unusable = |field: &str, value: String, allowed: String| Error::Unusable {
         field: field.into(),
         value,

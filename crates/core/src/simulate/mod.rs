@@ -31,6 +31,7 @@ use crate::options::{Impact, Model, Options};
 use crate::outcome::ModelReason;
 pub(crate) use crate::simulate::limits::solvable;
 use crate::simulate::limits::{LOSES, clatters, ends, reachable, returns, touch};
+use crate::simulate::sensitivity::limited;
 pub(crate) use crate::simulate::start::Start;
 use crate::sustained::frozen::{Frozen, Rows};
 
@@ -87,6 +88,17 @@ pub fn simulate_local(
 ///
 /// As [`simulate_local`]; [`Error::Cancelled`] once `cancel` returns true.
 pub fn simulate_local_until(
+    model: &LocalModel,
+    start: &LocalState,
+    options: &Options,
+    cancel: &dyn Fn() -> bool,
+) -> Result<Trajectory, Error> {
+    options.validate()?;
+    limited(options, |options| unlimited_local(model, start, options, cancel))
+}
+
+/// The same without a limit of the sensitivity.
+fn unlimited_local(
     model: &LocalModel,
     start: &LocalState,
     options: &Options,

@@ -21,6 +21,7 @@
 use nalgebra::{DMatrix, DVector, Vector2};
 
 use crate::body::contact::{ContactLetters, ContactValues};
+use crate::error::Error;
 use crate::impact::friction::{self, Matrix, Party};
 use crate::impact::together::together;
 use crate::math::clock::Clock;
@@ -52,6 +53,8 @@ pub(super) struct Sensitivity {
     pub(super) unit: f64,
     /// Elapsed time from which nothing is determined.
     pub(super) lost: Option<Clock>,
+    /// Elapsed time at which the growth since any event first exceeds the limit.
+    passed: Option<Clock>,
 }
 
 /// A change of the state at one time, in the metric of the mass; its growth since the start, and the largest since any event.
@@ -102,8 +105,10 @@ struct Walk<'a> {
     /// The largest rate of an impact since contacts were held for long, in m/s.
     fastest: f64,
     found: Sensitivity,
-    /// Impacts that have been passed: plain ones, and others.
-    passed: [usize; 2],
+    /// Impacts that have been followed: plain ones, and others.
+    done: [usize; 2],
+    /// Logarithm of the growth at which to note the time.
+    limit: f64,
     /// The modes before this piece, and whether an impact followed, which may end a slide or turn it back at once.
     before: ContactLetters<Mode>,
     struck: bool,
@@ -111,10 +116,37 @@ struct Walk<'a> {
     fades: bool,
 }
 
-/// How much the end of this run depends on its start; `None` if nothing was recorded or nothing moves.
-pub(super) fn of_run(run: &Trajectory) -> Option<Sensitivity> {
+/// Events of a run with a limit of the growth before the growth is first asked for; then twice as many, and so on.
+const FIRST_EVENTS: usize = 64;
+
+/// A run that ends at the first event after which a small change has grown by more than [`Options::sensitivity_limit`]. `run`: a run with
+/// these options, without this limit.
+pub(super) fn limited(
+    options: &Options,
+    run: impl Fn(&Options) -> Result<Trajectory, Error>,
+) -> Result<Trajectory, Error> {
+    let Some(limit) = options.sensitivity_limit else { return run(options) };
+    let free = Options { sensitivity_limit: None, ..*options };
+    let mut events = FIRST_EVENTS;
+    loop {
+        let event_limit = events.min(options.event_limit);
+        let part = run(&Options { record: true, certify: false, event_limit, ..free })?;
+        let cut = part.outcome() == Outcome::EventLimit && events < options.event_limit;
+        if let Some(passed) = of_run(&part, limit).and_then(|found| found.passed) {
+            let time_limit = Some(options.clock(passed));
+            return Ok(run(&Options { time_limit, ..free })?.ended_by_growth(options));
+        }
+        if !cut {
+            return Ok(run(&free)?.with_options(options));
+        }
+        events = events.saturating_mul(2);
+    }
+}
+
+/// How much the end of this run depends on its start; `None` if nothing was recorded. `limit`: growth at which to note the time.
+pub(super) fn of_run(run: &Trajectory, limit: f64) -> Option<Sensitivity> {
     let pieces = run.pieces().ok()?;
-    let mut walk = Walk::new(run, run.record.spans.first()?.motion.start())?;
+    let mut walk = Walk::new(run, run.record.spans.first()?.motion.start(), limit)?;
     for (k, piece) in pieces.iter().enumerate() {
         walk.pass(k, piece, pieces.get(k + 1))?;
         if walk.error.max(walk.growth) > libm::log(FOLLOWED_GROWTH) {
@@ -183,7 +215,7 @@ fn changed<'a>(rows: &'a [[Coordinates; 2]], i: usize, k: usize) -> Option<&'a C
 }
 
 impl<'a> Walk<'a> {
-    fn new(run: &'a Trajectory, start: &Moving) -> Option<Self> {
+    fn new(run: &'a Trajectory, start: &Moving, limit: f64) -> Option<Self> {
         let n = start.velocity().len();
         let speed = in_metric(start, start.velocity()).norm();
         let (g, most) = (start.gravity(), start.points().map(|(h, _)| h).filter(|h| h.is_finite()));
@@ -231,7 +263,8 @@ impl<'a> Walk<'a> {
             shift: 0.0,
             fastest: 0.0,
             found: Sensitivity { unit: length / scale.speed, ..Sensitivity::default() },
-            passed: [0; 2],
+            done: [0; 2],
+            limit: libm::log(limit),
             before: ContactLetters::from_elem(Mode::Separate, start.count()),
             struck: false,
             fades: false,
@@ -314,6 +347,9 @@ impl<'a> Walk<'a> {
         }
         if self.error + libm::log(f64::EPSILON) >= 0.0 && self.found.lost.is_none() {
             self.found.lost = Some(clock);
+        }
+        if self.error > self.limit && self.found.passed.is_none() {
+            self.found.passed = Some(clock);
         }
     }
 
@@ -507,14 +543,14 @@ impl<'a> Walk<'a> {
         let record = &*self.run.record;
         let until = match next {
             Some(Piece { flight: Some(Flight::Body(index)), .. }) => index + 1,
-            Some(Piece { flight: Some(Flight::Rows(_)), .. }) => self.passed[0] + 1,
+            Some(Piece { flight: Some(Flight::Rows(_)), .. }) => self.done[0] + 1,
             Some(Piece { span, .. }) => record.spans[*span].first_collision,
             None => record.collisions.len(),
         };
         let end = next.map_or(record.end.clock, |next| next.clock);
         let mut blows = Vec::new();
         loop {
-            let [plain, listed] = &mut self.passed;
+            let [plain, listed] = &mut self.done;
             match record.impacts.get(*listed) {
                 Some(hit) if hit.collisions <= *plain && hit.clock.since(end) <= 0.0 => {
                     let at = self.run.posture().filter(|p| hit.contact < p.contacts().len());

@@ -12,6 +12,7 @@ use crate::motion::record::Record;
 use crate::options::{Edges, Model, Options};
 use crate::outcome::{End, FirstZeno, ModelReason};
 use crate::simulate::limits::solvable;
+use crate::simulate::sensitivity::limited;
 use crate::simulate::start::{Start, never_turns};
 use crate::simulate::trajectory::Trajectory;
 
@@ -130,6 +131,11 @@ impl<'a> Simulation<'a> {
     }
 
     fn motion(&self) -> Result<Trajectory, Error> {
+        limited(&self.options, |options| Self { options: *options, ..*self }.unlimited())
+    }
+
+    /// The motion without a limit of the sensitivity.
+    fn unlimited(&self) -> Result<Trajectory, Error> {
         let Self { posture, ref options, excitation, .. } = *self;
         let (model, reason) = self.choose();
         let start = Start::new(posture, &self.start, model)?;
@@ -152,7 +158,7 @@ impl<'a> Simulation<'a> {
 
     fn end_of_motion(&self) -> Result<End, Error> {
         let Self { posture, ref options, cancel, .. } = *self;
-        if !self.excitation.is_none() {
+        if !self.excitation.is_none() || options.sensitivity_limit.is_some() {
             return Ok(end_of(&self.motion()?));
         }
         let start = Start::new(posture, &self.start, self.choose().0)?;

@@ -274,6 +274,20 @@ impl Trajectory {
         Self { excitation, ..self }
     }
 
+    /// The run with the options that the user gave.
+    pub(super) fn with_options(self, options: &Options) -> Self {
+        let simultaneous = self.options.simultaneous;
+        Self { options: Options { simultaneous, ..*options }, ..self }
+    }
+
+    /// The same, ended by [`Options::sensitivity_limit`].
+    pub(super) fn ended_by_growth(mut self, options: &Options) -> Self {
+        if self.record.outcome == Outcome::TimeLimit {
+            self.record.outcome = Outcome::SensitivityLimit;
+        }
+        self.with_options(options)
+    }
+
     /// Adds proved bounds of its times, and a warning if rounding errors have grown so far that the run is outside them.
     pub(crate) fn with(mut self, enclosure: Enclosure) -> Self {
         if let (Some(zeno), Some(own)) = (&enclosure.zeno, self.record.zeno.first()) {
@@ -430,7 +444,7 @@ impl Trajectory {
     }
 
     fn found_sensitivity(&self) -> Option<&Sensitivity> {
-        self.sensitivity.get_or_init(|| sensitivity::of_run(self)).as_ref()
+        self.sensitivity.get_or_init(|| sensitivity::of_run(self, f64::INFINITY)).as_ref()
     }
 
     /// The error of a time: of sums, of the clock, and of what has grown.
