@@ -130,7 +130,7 @@ pub struct Options {
     /// is recorded has at most 20 000 000 events over the number of contacts, and a warning says where that ended it. Steps of integration are not
     /// events; a run also ends once there are 250 000 more steps than events. Default 1 000 000.
     pub event_limit: usize,
-    /// Growth of a small change of the state, from the start or a later event, at which the run ends, with the outcome `sensitivity-limit`; see
+    /// Growth of a small change of the start at which the run ends, with the outcome `sensitivity-limit`; see
     /// [`Trajectory::sensitivity`](crate::Trajectory::sensitivity). With 4.5e15, 1/ε, it ends where not one digit is determined any more. The run is
     /// followed up to four times. Default: no limit.
     #[serde(

@@ -105,7 +105,7 @@ mod _core {
     /// stop : "rest", "zeno" (at the first Zeno point) or "time" (at time_limit). time : clock at the start, s. time_limit : clock at
     /// which the run ends at the latest, s. event_limit : largest number of events; each collision and each change of the contact
     /// modes is one event; with record at most 20 000 000 divided by the number of contacts. sensitivity_limit : growth of a small
-    /// change of the state at which the run ends, see `run.sensitivity`; with 4.5e15 it ends where not one digit is determined any more; None: no
+    /// change of the start at which the run ends, see `run.sensitivity`; with 4.5e15 it ends where not one digit is determined any more; None: no
     /// limit. neighbourhood : displacement of the
     /// centre of mass, m, beyond which the body has escaped; it is checked when the kind of motion changes.
     ///

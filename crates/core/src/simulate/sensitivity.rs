@@ -16,7 +16,7 @@
 //! The start of the change is one direction, with equal parts in all coordinates and speeds. Growth turns it into the direction that grows
 //! fastest. Sums of impacts take off the part along the forces, as bounces in constant geometry do exactly.
 //!
-//! Rounding errors enter at every event. The error of the end is about ε times the largest growth from any event to the end.
+//! Rounding errors enter at every event. The error of the end is about ε times the sum of the growths from all events to the end.
 
 use nalgebra::{DMatrix, DVector, Vector2};
 
@@ -45,7 +45,7 @@ use crate::tolerance::{
 pub(super) struct Sensitivity {
     /// Growth from the start to the end.
     pub(super) growth: f64,
-    /// The largest growth from any event to the end: of the state, or of the time of the end.
+    /// The sum of the growths from all events to the end: of the state and of the time of the end.
     pub(super) error: f64,
     /// The same up to each Zeno point.
     pub(super) zeno: Vec<f64>,
@@ -53,7 +53,7 @@ pub(super) struct Sensitivity {
     pub(super) unit: f64,
     /// Elapsed time from which nothing is determined.
     pub(super) lost: Option<Clock>,
-    /// Elapsed time at which the growth since any event first exceeds the limit.
+    /// Elapsed time at which the growth since the start first exceeds the limit.
     passed: Option<Clock>,
 }
 
@@ -97,7 +97,7 @@ struct Walk<'a> {
     scale: Scale,
     /// Of size 1, or 0 once nothing of it is left.
     change: Change,
-    /// Logarithms of its growth since the start, and of the largest since any event.
+    /// Logarithms of its growth since the start, and of the sum of its growths since all events.
     growth: f64,
     error: f64,
     /// Shift of the time of the last event, in units of time.
@@ -114,6 +114,11 @@ struct Walk<'a> {
     struck: bool,
     /// Whether the last impacts were the last ones of an accumulation.
     fades: bool,
+    /// Whether no impact has friction, and no contact has been held since one was held for long: the change is known to all digits.
+    flies: bool,
+    smooth: bool,
+    /// Logarithm of the largest growth of the time of an event since contacts were held for long.
+    late: f64,
 }
 
 /// Events of a run with a limit of the growth before the growth is first asked for; then twice as many, and so on.
@@ -252,9 +257,12 @@ impl<'a> Walk<'a> {
                 (0..start.count()).map(|i| start.friction(i)).collect::<Vec<_>>().into_iter(),
             ),
         };
+        let law = law.ok()?;
+        let smooth =
+            (0..start.count()).all(|i| start.material(i).in_impacts(law.impact).friction == 0.0);
         Some(Self {
             run,
-            options: law.ok()?,
+            options: law,
             reader: run.reader(),
             scale,
             change: Change { way: equal(length), speed: equal(scale.speed) },
@@ -268,6 +276,9 @@ impl<'a> Walk<'a> {
             before: ContactLetters::from_elem(Mode::Separate, start.count()),
             struck: false,
             fades: false,
+            flies: smooth,
+            smooth,
+            late: f64::NEG_INFINITY,
         })
     }
 
@@ -291,8 +302,9 @@ impl<'a> Walk<'a> {
                 self.flow_held(&start, &modes, dt);
                 // What follows a long phase is a motion of its own, however slow.
                 if dt > self.found.unit {
-                    (self.fastest, self.fades) = (0.0, false);
+                    (self.fastest, self.fades, self.late) = (0.0, false, f64::NEG_INFINITY);
                 }
+                self.flies = self.smooth && dt > self.found.unit;
             } else {
                 self.change.way.add_scaled(&self.change.speed, dt);
             }
@@ -331,16 +343,18 @@ impl<'a> Walk<'a> {
         Some(())
     }
 
-    /// The largest growth of the state or of the time of the last event, since any event.
+    /// The sum of the growths of the state and of the time of an event, since all events.
     fn known(&self) -> f64 {
-        libm::exp(self.error) * libm::hypot(1.0, self.shift)
+        libm::exp(self.error) + libm::exp(self.late)
     }
 
     /// Makes the change one of size 1.
     fn renew(&mut self, clock: Clock) {
         let size = self.change.size(self.scale);
         self.growth += libm::log(size);
-        self.error = (self.error + libm::log(size)).max(0.0);
+        // The rounding errors of this event are those of speeds that may be larger than the unit.
+        let own = 1.0 + self.fastest / self.scale.speed;
+        self.error = libm::log(libm::exp(self.error) * size + own);
         if size > 0.0 {
             self.change.scale(1.0 / size);
             self.shift /= size;
@@ -348,7 +362,7 @@ impl<'a> Walk<'a> {
         if self.error + libm::log(f64::EPSILON) >= 0.0 && self.found.lost.is_none() {
             self.found.lost = Some(clock);
         }
-        if self.error > self.limit && self.found.passed.is_none() {
+        if self.growth > self.limit && self.found.passed.is_none() {
             self.found.passed = Some(clock);
         }
     }
@@ -357,7 +371,7 @@ impl<'a> Walk<'a> {
         let rests = self.run.outcome() == Outcome::Rest;
         let size = if rests { libm::hypot(1.0, self.shift) } else { 1.0 };
         self.found.growth = libm::exp(self.growth) * size;
-        self.found.error = libm::exp(self.error) * size;
+        self.found.error = if rests { self.known() } else { libm::exp(self.error) };
         let all = self.run.record.zeno.len();
         self.found.zeno.resize(all, self.found.error);
         self.found
@@ -512,7 +526,7 @@ impl<'a> Walk<'a> {
             let faster = row.dot(&self.change.speed) + turned + falls * late;
             self.fades |= !self.is_fast(u);
             if !self.fades {
-                self.shift = (late + dt * faster / u) / self.found.unit;
+                self.shifts(late + dt * faster / u, u);
             }
         }
         let then =
@@ -640,15 +654,34 @@ impl<'a> Walk<'a> {
             a = if done < blows.len() { self.fall(&state) } else { after.clone() };
             self.change.way.add_scaled(&v, -late);
             self.change.speed.add_scaled(&a, -late);
-            self.shift = late / self.found.unit;
+            self.shifts(late, first.rate);
         }
     }
 
-    /// Whether an impact at this rate (m/s) is more than one of the last ones of an accumulation.
+    /// The time of an impact at this rate (m/s) shifts by this time, in s. The shifts of the impacts of an accumulation converge, and those of
+    /// the last ones are quotients of rounding errors.
+    fn shifts(&mut self, late: f64, rate: f64) {
+        let shift = late / self.found.unit;
+        self.late = self.late.max(self.error + libm::log(shift.abs()));
+        if rate.abs() > SLOW_IMPACT * self.fastest {
+            self.shift = shift;
+        }
+    }
+
+    /// Whether an impact at this rate (m/s) is more than one of the last ones of an accumulation, whose motion is smaller than the change, if this
+    /// is as large as rounding errors have become. Between phases of contact the change is known to some digits less.
     fn is_fast(&mut self, rate: f64) -> bool {
         self.fastest = self.fastest.max(rate.abs());
-        let least = if self.fades { FRESH_IMPACT } else { SLOW_IMPACT };
-        rate.abs() > least * self.fastest
+        let noise = match (self.flies, self.fades) {
+            (true, _) => f64::EPSILON,
+            (false, false) => SLOW_IMPACT,
+            (false, true) => FRESH_IMPACT,
+        };
+        // Once nothing is determined, the growth is that of this run alone.
+        let known = self.found.lost.is_none();
+        let lost =
+            if known { f64::EPSILON * libm::exp(self.error) * self.scale.speed } else { 0.0 };
+        rate.abs() > lost.min(FRESH_IMPACT * self.fastest).max(noise * self.fastest)
     }
 
     /// The last impacts of an accumulation. Their motion is smaller than a change of it that counts: the contacts count as held from now on.
