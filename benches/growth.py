@@ -1,5 +1,6 @@
 """Growth of the cost with the work: number of runs, number of contacts, restitution towards 1, and closeness to the bound of clattering
-convergence. `python benches/growth.py` writes docs/growth.png and docs/growth.csv; times are medians of calls from Python."""
+convergence. Runs whose end is not determined, because rounding errors have grown to the size of the body, have open marks.
+`python benches/growth.py` writes docs/growth.png and docs/growth.csv; times are medians of calls from Python."""
 
 import csv
 import math
@@ -80,10 +81,11 @@ def restitutions():
             options = {
                 "model": model,
                 "stop": "zeno",
-                "record": False,
                 "event_limit": 10**7,
             }
-            yield model, loss, seconds(sf.simulate, body, **START, **options)
+            until = sf.simulate(body, **START, **options).determined_until
+            name = model if until is None else f"{model}, end not determined"
+            yield name, loss, seconds(sf.simulate, body, **START, record=False, **options)
 
 
 def closeness():
@@ -125,12 +127,14 @@ def main():
         for (name, points), colour, marker in zip(
             lines.items(), (BLUE, ORANGE, GREEN, RED), "os^D", strict=False
         ):
+            open_marks = {"linestyle": "", "fillstyle": "none"} if "not" in name else {}
             axis.plot(
                 *zip(*points, strict=False),
                 color=colour,
                 marker=marker,
                 markersize=4,
                 label=name,
+                **open_marks,
             )
         axis.set(xscale="log", yscale="log", xlabel=x, ylabel=y)
         axis.set_title(title, fontsize=11)

@@ -37,6 +37,7 @@ COLORS = {
     "decided": "#D9D9D9",
     "time-limit": "#D9D9D9",
     "event-limit": "#4D4D4D",
+    "sensitivity-limit": "#9900FF",
     "yes": "#0072B2",
     "no": "#D9D9D9",
 }

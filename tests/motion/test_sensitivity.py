@@ -29,11 +29,13 @@ def size_of(body):
 
 
 def units(body):
-    """The change of size 1 of q and q̇, with equal parts, and the unit of time."""
+    """The change of q and q̇ of which each part has the size 1, and the unit of time. Along the ground and of the turn it has the sign of
+    the arm of the first contact."""
     size, rho = size_of(body), body.gyration_radius
     length, speed = size, math.sqrt(GRAVITY * size)
     of = np.array([length, length, length / rho, speed, speed, speed / rho])
-    return of, math.sqrt(size / GRAVITY)
+    aside = 1.0 if body.contacts[0].point[0] >= body.center_of_mass[0] else -1.0
+    return of * [aside, 1, aside, aside, 1, aside], math.sqrt(size / GRAVITY)
 
 
 def follow(inputs, end):

@@ -490,7 +490,7 @@ def test_zeno_point_of_the_rod(run):
     assert (zeno.method, zeno.certified) == ("clatter", True)
     assert zeno.first_summed == len(run.impacts)
     assert zeno.time == zeno.elapsed
-    assert 0.0 <= zeno.time_error <= 10 * math.ulp(zeno.time)
+    assert 0.0 <= zeno.time_error <= 1e-14 * zeno.time  # with what rounding grows to
     assert zeno.q.shape == zeno.qdot.shape == (3,)
     np.testing.assert_array_equal(zeno.gaps, 0.0)
     np.testing.assert_array_equal(zeno.gap_rates, 0.0)

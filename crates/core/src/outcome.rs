@@ -329,7 +329,9 @@ pub struct ZenoPoint {
     pub time: f64,
     /// Time since the start, in s.
     pub elapsed: f64,
-    /// Estimated error of `elapsed`, in s, from the sum of the tail and from rounding. It does not include the error of the local model.
+    /// Estimated error of `elapsed`, in s, from the sum of the tail, from the rounding of the clock and, if the run is recorded, from what
+    /// rounding errors have grown to until then, see [`Trajectory::time_error`](crate::Trajectory::time_error). It does not include the error of
+    /// the local model.
     pub time_error: f64,
     /// Configuration there: (r_x, r_y, θ) of a body in m, m, rad, or the coordinates of a mechanism; `None` for a model without a body.
     pub q: Option<Vec<f64>>,

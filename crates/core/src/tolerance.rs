@@ -596,8 +596,8 @@ pub(crate) const FRESH_IMPACT: f64 = 1e-4;
 /// Time for which contacts are held up to which a phase belongs to an accumulation of impacts. Unit: √(size/g). Range: 1e-6 to 1e-1.
 pub(crate) const LASTING_PHASE: f64 = 1e-3;
 
-/// Singular values of the forces that hold contacts which count as zero: forces that others can replace. Unit: the largest. Range: 1e-12 to
-/// 1e-6.
+/// Part of a row of a held contact that is orthogonal to other rows, below which it depends on them. Unit: the length of the row. Range:
+/// 1e-12 to 1e-6.
 pub(crate) const SINGULAR_HOLD: f64 = 1e-9;
 
 /// Estimated relative error of the end of a run from which on a warning says how much the end depends on the start. Half of all digits are

@@ -109,8 +109,8 @@ impl PyPhase {
 /// (plastic); or they rest from the start (method "rest").
 ///
 /// kind : "1-zeno", "2-zeno", … (the number of contacts that come to rest). contacts : their numbers. contact : the number, if
-/// there is only one, or None. time, elapsed : s. time_error : estimated error of the sum and of the clock, s. It does not include
-/// the rounding of the start as earlier impacts amplify it, nor the error of the local model. q, qdot : (3,), of a mechanism (dof,), None without a body. gaps, gap_rates : (n,). theta, omega : rotation (rad) and angular velocity
+/// there is only one, or None. time, elapsed : s. time_error : estimated error, s, of the sum, of the clock, and, if the run is recorded, of
+/// what rounding errors have grown to until then, as of `run.time_error`. It does not include the error of the local model. q, qdot : (3,), of a mechanism (dof,), None without a body. gaps, gap_rates : (n,). theta, omega : rotation (rad) and angular velocity
 /// (rad/s). method : how the impacts were summed. certified : whether the sum is proved. plastic : whether these contacts, all of
 /// restitution 0, come to rest in one impact without rebound, so that no impacts accumulate. first_summed : index of the first
 /// collision that was summed and not simulated.
@@ -557,8 +557,8 @@ impl PyRun {
 
     /// Growth of a small change of the start up to the end of the run, dimensionless: |change at the end| over |change at the start|. Lengths
     /// are over the size of the body, speeds over sqrt(g * size), turns are times the gyration radius; if the run ends at rest, the shift of
-    /// the time of rest over sqrt(size / g) is part of the change. The change has equal parts in all coordinates and their speeds; growth
-    /// turns it into the direction that grows fastest. inf where it is above 1e100. None unless recorded.
+    /// the time of rest over sqrt(size / g) is part of the change. The change has equal parts in all coordinates and their speeds, with
+    /// the sign of the arm of the first contact along the ground and of the turn; growth turns it into the direction that grows fastest. inf where it is above 1e100. None unless recorded.
     ///
     /// It is computed from the record when it is first asked for: the derivative of the motion along the run, with the shift of the time of
     /// each impact (saltation).
@@ -574,8 +574,8 @@ impl PyRun {
         self.0.determined_until()
     }
 
-    /// Estimated error of time, s: that of the sums of impacts and of the clock, and 2.2e-16 times the largest growth of a change from an event
-    /// to the end, times sqrt(size / g); at most the whole time. Without a record it does not include the growth.
+    /// Estimated error of time, s: that of the sums of impacts and of the clock, and 2.2e-16 times the sum of the growths from each event to
+    /// the end, times sqrt(size / g); at most the whole time. Without a record it does not include the growth.
     #[getter]
     fn time_error(&self) -> f64 {
         self.0.time_error()

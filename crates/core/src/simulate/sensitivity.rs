@@ -13,7 +13,7 @@
 //! contacts held for τ     the difference of two motions in the same modes
 //! ```
 //!
-//! The start of the change is one direction, with equal parts in all coordinates and speeds. Growth turns it into the direction that grows
+//! The start of the change is one direction, with equal parts in all coordinates and speeds, and signs that a mirror image shares. Growth turns it into the direction that grows
 //! fastest. Sums of impacts take off the part along the forces, as bounces in constant geometry do exactly.
 //!
 //! Rounding errors enter at every event. The error of the end is about ε times the sum of the growths from all events to the end.
@@ -25,7 +25,7 @@ use crate::error::Error;
 use crate::impact::friction::{self, Matrix, Party};
 use crate::impact::together::together;
 use crate::math::clock::Clock;
-use crate::math::mass_vector::{Coordinates, MassVector};
+use crate::math::mass_vector::{Coordinates, MassVector, independent};
 use crate::math::roots::ORDER;
 use crate::modes::Mode;
 use crate::motion::moving::Moving;
@@ -33,29 +33,12 @@ use crate::motion::record::Motion;
 use crate::options::{Impact, Options, Simultaneous};
 use crate::outcome::Outcome;
 use crate::simulate::reader::{Held, Reader};
-use crate::simulate::trajectory::{Flight, Piece, Trajectory};
+use crate::simulate::trajectory::{Flight, Piece, Sensitivity, Trajectory};
 use crate::sustained::{BodyState, Step};
 use crate::tolerance::{
-    FOLLOWED_GROWTH, FRESH_IMPACT, LASTING_PHASE, SENSITIVITY_STEP, SINGULAR_HOLD, SLOW_IMPACT,
-    STILL,
+    CLOCK_ROUNDINGS, FEW_DIGITS, FOLLOWED_GROWTH, FRESH_IMPACT, LASTING_PHASE, SENSITIVITY_STEP,
+    SINGULAR_HOLD, SLOW_IMPACT, STILL,
 };
-
-/// How much the end of a run depends on its start, from [`Trajectory::sensitivity`](crate::Trajectory::sensitivity).
-#[derive(Debug, Clone, Default)]
-pub(super) struct Sensitivity {
-    /// Growth from the start to the end.
-    pub(super) growth: f64,
-    /// The sum of the growths from all events to the end: of the state and of the time of the end.
-    pub(super) error: f64,
-    /// The same up to each Zeno point.
-    pub(super) zeno: Vec<f64>,
-    /// √(size/g), in s: the unit of time.
-    pub(super) unit: f64,
-    /// Elapsed time from which nothing is determined.
-    pub(super) lost: Option<Clock>,
-    /// Elapsed time at which the growth since the start first exceeds the limit.
-    passed: Option<Clock>,
-}
 
 /// A change of the state at one time, in the metric of the mass; its growth since the start, and the largest since any event.
 #[derive(Debug, Clone)]
@@ -89,6 +72,82 @@ struct Blow {
     rate: f64,
 }
 
+impl Trajectory {
+    /// Growth of a small change of the start up to the end of the run: |δ(end)|/|δ(start)|, dimensionless. Lengths are over the size of the
+    /// body, speeds over √(g · size), turns are times ρ; if the run ends at rest, the shift of the time of rest, over √(size/g), is part of δ.
+    /// The change has equal parts in all coordinates and their speeds; along the ground and of the turn they have the sign of the arm of the
+    /// first contact. In a run with growth it turns into the direction that grows fastest.
+    /// ∞ where it is above 1e100. `None` unless recorded.
+    ///
+    /// It is computed when it is first asked for, from the record: the derivative of the motion along the run, with the shift of the time of
+    /// each impact (saltation). Contacts that land at one instant go on to land at one instant in the changed run.
+    ///
+    /// ```
+    /// use standfast::{Lamina, Options, Posture, State, simulate};
+    ///
+    /// // A rod that clatters on its ends, with little loss: every impact multiplies a change of the start.
+    /// let rod = |restitution| Posture::rod(0.5, &Lamina { restitution, gyration_radius: Some(0.2), ..Lamina::default() });
+    /// let start = State::at_rest([0.0, 0.4, 0.3]);
+    /// let calm = simulate(&rod(0.1)?, &start, &Options::default())?;
+    /// let wild = simulate(&rod(0.99)?, &start, &Options::default())?;
+    /// assert!(calm.sensitivity().is_some_and(|growth| growth < 100.0));
+    /// assert!(wild.sensitivity().is_some_and(|growth| growth > 1e16));
+    /// // Rounding errors grow alike: from this time on not one digit of the state is determined.
+    /// assert!(wild.determined_until().is_some_and(|t| t < wild.time()));
+    /// assert!(wild.warnings()[0].starts_with("nothing is determined from"));
+    /// # Ok::<(), standfast::Error>(())
+    /// ```
+    #[must_use]
+    pub fn sensitivity(&self) -> Option<f64> {
+        self.found_sensitivity().map(|found| found.growth)
+    }
+
+    /// Time on the clock from which not one digit of the state is determined, because rounding errors have grown to the size of the body, in s.
+    /// `None`: there is none, or nothing was recorded.
+    #[must_use]
+    pub fn determined_until(&self) -> Option<f64> {
+        self.found_sensitivity()?.lost.map(|lost| self.clock(lost))
+    }
+
+    /// Estimated error of the time of the end, in s, at most the whole time: that of the sums and of the clock, and ε times the sum of the
+    /// growths from each event to the end, times √(size/g). Without a record it does not include the growth.
+    #[must_use]
+    pub fn time_error(&self) -> f64 {
+        let end = self.record.end.clock;
+        let sums = self.record.zeno.iter().map(|zeno| zeno.error).fold(0.0, f64::max);
+        self.error_of(end, sums, self.found_sensitivity().map(|found| found.late))
+    }
+
+    pub(super) fn found_sensitivity(&self) -> Option<&Sensitivity> {
+        self.sensitivity.get_or_init(|| of_run(self, f64::INFINITY)).as_ref()
+    }
+
+    /// The error of a time: of sums, of the clock, and of what has grown, `late` (s) for errors of size 1.
+    pub(super) fn error_of(&self, clock: Clock, sums: f64, late: Option<f64>) -> f64 {
+        let grown = late.map_or(0.0, |late| (f64::EPSILON * late).min(clock.hi));
+        sums + CLOCK_ROUNDINGS * f64::EPSILON * clock.hi + grown
+    }
+
+    /// The warning that the end, or a part of the run, depends on rounding errors.
+    pub(super) fn depends_on_start(&self) -> Option<String> {
+        let found = self.found_sensitivity()?;
+        if let Some(lost) = found.lost {
+            let t = self.clock(lost);
+            return Some(format!(
+                "nothing is determined from {t:.6} s on: by then rounding errors, and any change of the start, have grown to the size of the body"
+            ));
+        }
+        let error = f64::EPSILON * found.error;
+        (error > FEW_DIGITS).then(|| {
+            let digits = (-libm::log10(error)).floor();
+            format!(
+                "{digits} digits of the end are determined: rounding errors have grown by a factor of {:.0e} until then",
+                found.error
+            )
+        })
+    }
+}
+
 /// The walk along a run.
 struct Walk<'a> {
     run: &'a Trajectory,
@@ -97,7 +156,7 @@ struct Walk<'a> {
     scale: Scale,
     /// Of size 1, or 0 once nothing of it is left.
     change: Change,
-    /// Logarithms of its growth since the start, and of the sum of its growths since all events.
+    /// Its growth since the start, and the sum of the growths since all events, in the units of the motion.
     growth: f64,
     error: f64,
     /// Shift of the time of the last event, in units of time.
@@ -107,7 +166,7 @@ struct Walk<'a> {
     found: Sensitivity,
     /// Impacts that have been followed: plain ones, and others.
     done: [usize; 2],
-    /// Logarithm of the growth at which to note the time.
+    /// Growth at which to note the time.
     limit: f64,
     /// The modes before this piece, and whether an impact followed, which may end a slide or turn it back at once.
     before: ContactLetters<Mode>,
@@ -117,7 +176,10 @@ struct Walk<'a> {
     /// Whether no impact has friction, and no contact has been held since one was held for long: the change is known to all digits.
     flies: bool,
     smooth: bool,
-    /// Logarithm of the largest growth of the time of an event since contacts were held for long.
+    /// The units of the motion, and the size of the change in them.
+    own: Scale,
+    size: f64,
+    /// The largest shift of the time of an event, since contacts were held for long, by errors of size 1 at all events, in s.
     late: f64,
 }
 
@@ -154,7 +216,7 @@ pub(super) fn of_run(run: &Trajectory, limit: f64) -> Option<Sensitivity> {
     let mut walk = Walk::new(run, run.record.spans.first()?.motion.start(), limit)?;
     for (k, piece) in pieces.iter().enumerate() {
         walk.pass(k, piece, pieces.get(k + 1))?;
-        if walk.error.max(walk.growth) > libm::log(FOLLOWED_GROWTH) {
+        if walk.error.max(walk.growth) > FOLLOWED_GROWTH {
             (walk.growth, walk.error) = (f64::INFINITY, f64::INFINITY);
             break;
         }
@@ -222,7 +284,8 @@ fn changed<'a>(rows: &'a [[Coordinates; 2]], i: usize, k: usize) -> Option<&'a C
 impl<'a> Walk<'a> {
     fn new(run: &'a Trajectory, start: &Moving, limit: f64) -> Option<Self> {
         let n = start.velocity().len();
-        let speed = in_metric(start, start.velocity()).norm();
+        let speed_now = in_metric(start, start.velocity()).norm();
+        let speed = speed_now;
         let (g, most) = (start.gravity(), start.points().map(|(h, _)| h).filter(|h| h.is_finite()));
         let length = match (run.posture(), start) {
             (Some(posture), _) => posture.size(),
@@ -247,8 +310,6 @@ impl<'a> Walk<'a> {
             1.0
         };
         let scale = Scale { length, speed };
-        let equal =
-            |size: f64| Coordinates::from_iter((0..n).map(|_| size / ((2 * n) as f64).sqrt()));
         let law = match &run.record.subject {
             subject if subject.posture().is_some() => {
                 run.options().acting(run.posture()?.frictions())
@@ -260,25 +321,47 @@ impl<'a> Walk<'a> {
         let law = law.ok()?;
         let smooth =
             (0..start.count()).all(|i| start.material(i).in_impacts(law.impact).friction == 0.0);
+        // Gaps, rates and the turn have small rounding errors in a small motion.
+        let high = start.points().map(|(h, _)| h).filter(|h| h.is_finite()).fold(0.0, f64::max);
+        let high = high + 0.5 * speed_now * speed_now / fall;
+        let own = match run.posture() {
+            Some(_) if high > 0.0 && high < f64::INFINITY => {
+                Scale { length: high, speed: (fall * high).sqrt() }
+            }
+            _ => scale,
+        };
+        // The signs are those of a mirrored motion in a mirrored world.
+        let aside =
+            start.turning().and_then(|body| body.points.iter().map(|p| p.b).find(|b| *b != 0.0));
+        let aside = aside.or_else(|| Some(start.frozen()?.space().normal_row(0).iter().nth(2)?));
+        let aside = if aside.is_some_and(|b| b < 0.0) { -1.0 } else { 1.0 };
+        let equal = |size: f64| {
+            let part = size / ((2 * n) as f64).sqrt();
+            let sign = |k: usize| if run.posture().is_some() && k != 1 { aside } else { 1.0 };
+            Coordinates::from_iter((0..n).map(|k| sign(k) * part))
+        };
+        let change = Change { way: equal(length), speed: equal(scale.speed) };
         Some(Self {
             run,
             options: law,
             reader: run.reader(),
             scale,
-            change: Change { way: equal(length), speed: equal(scale.speed) },
-            growth: 0.0,
-            error: 0.0,
+            own,
+            size: change.size(own),
+            change,
+            growth: 1.0,
+            error: 1.0,
             shift: 0.0,
             fastest: 0.0,
             found: Sensitivity { unit: length / scale.speed, ..Sensitivity::default() },
             done: [0; 2],
-            limit: libm::log(limit),
+            limit,
             before: ContactLetters::from_elem(Mode::Separate, start.count()),
             struck: false,
             fades: false,
             flies: smooth,
             smooth,
-            late: f64::NEG_INFINITY,
+            late: 0.0,
         })
     }
 
@@ -297,12 +380,12 @@ impl<'a> Walk<'a> {
             if modes.iter().any(|mode| *mode != Mode::Separate) {
                 self.hold(k, &start, &modes, self.fades && !lasts);
                 if k == 0 {
-                    (self.growth, self.error) = (0.0, 0.0);
+                    (self.growth, self.error) = (1.0, 1.0);
                 }
                 self.flow_held(&start, &modes, dt);
                 // What follows a long phase is a motion of its own, however slow.
                 if dt > self.found.unit {
-                    (self.fastest, self.fades, self.late) = (0.0, false, f64::NEG_INFINITY);
+                    (self.fastest, self.fades, self.late) = (0.0, false, 0.0);
                 }
                 self.flies = self.smooth && dt > self.found.unit;
             } else {
@@ -314,6 +397,10 @@ impl<'a> Walk<'a> {
         }
         self.struck = false;
         self.renew(end);
+        // A run that ends at this time has the same change.
+        if self.growth > self.limit && self.found.passed.is_none() {
+            self.found.passed = Some(end);
+        }
         let blows = self.blows(next);
         if !blows.is_empty() {
             let (state, modes) = self.reader.moving(k, dt)?;
@@ -338,42 +425,44 @@ impl<'a> Walk<'a> {
         let done = self.found.zeno.len();
         let reached =
             record.zeno[done..].iter().filter(|zeno| zeno.at.clock.since(end) <= 0.0).count();
-        let now = self.known();
+        let now = self.late;
         self.found.zeno.extend(std::iter::repeat_n(now, reached));
         Some(())
-    }
-
-    /// The sum of the growths of the state and of the time of an event, since all events.
-    fn known(&self) -> f64 {
-        libm::exp(self.error) + libm::exp(self.late)
     }
 
     /// Makes the change one of size 1.
     fn renew(&mut self, clock: Clock) {
         let size = self.change.size(self.scale);
-        self.growth += libm::log(size);
+        let after = self.change.size(self.own);
         // The rounding errors of this event are those of speeds that may be larger than the unit.
-        let own = 1.0 + self.fastest / self.scale.speed;
-        self.error = libm::log(libm::exp(self.error) * size + own);
+        let added = 1.0 + self.fastest / self.own.speed;
+        self.error = self.error * (after / self.size) + added;
+        // Where contacts hold all of the body, nothing is left but the shift of the time of rest.
         if size > 0.0 {
+            self.growth *= size;
             self.change.scale(1.0 / size);
             self.shift /= size;
+            self.size = after / size;
         }
-        if self.error + libm::log(f64::EPSILON) >= 0.0 && self.found.lost.is_none() {
+        if self.error_of_state() >= 1.0 && self.found.lost.is_none() {
             self.found.lost = Some(clock);
         }
-        if self.growth > self.limit && self.found.passed.is_none() {
-            self.found.passed = Some(clock);
-        }
+    }
+
+    /// Estimate of the error of the state, in the units of the body.
+    fn error_of_state(&self) -> f64 {
+        f64::EPSILON * self.error / self.size
     }
 
     fn end(mut self) -> Sensitivity {
         let rests = self.run.outcome() == Outcome::Rest;
-        let size = if rests { libm::hypot(1.0, self.shift) } else { 1.0 };
-        self.found.growth = libm::exp(self.growth) * size;
-        self.found.error = if rests { self.known() } else { libm::exp(self.error) };
+        let size = self.change.size(self.scale);
+        let size = if rests { libm::hypot(size, self.shift) } else { size };
+        self.found.growth = self.growth * size;
+        self.found.error = self.error;
+        self.found.late = if rests { self.late } else { 0.0 };
         let all = self.run.record.zeno.len();
-        self.found.zeno.resize(all, self.found.error);
+        self.found.zeno.resize(all, self.late);
         self.found
     }
 
@@ -386,7 +475,8 @@ impl<'a> Walk<'a> {
 
     /// The acceleration of piece `k` in this state.
     fn acceleration(&self, k: usize, state: &Moving, modes: &[Mode]) -> Coordinates {
-        if modes.iter().all(|mode| *mode == Mode::Separate) {
+        // A contact that comes to a vertex gets a second point: the modes before are not those of these points.
+        if modes.len() != state.count() || modes.iter().all(|mode| *mode == Mode::Separate) {
             return self.fall(state);
         }
         match state {
@@ -408,12 +498,12 @@ impl<'a> Walk<'a> {
     fn hold(&mut self, k: usize, start: &Moving, modes: &[Mode], fades: bool) {
         let v = in_metric(start, start.velocity());
         let rows = turned_rows(start, &self.change.way, self.scale);
-        let was = |i: usize| self.before.get(i).copied().unwrap_or(Mode::Separate);
+        let before: ContactLetters<Mode> = self.before.clone();
+        let was = |i: usize| before.get(i).copied().unwrap_or(Mode::Separate);
         let slides = |mode: Mode| matches!(mode, Mode::Left | Mode::Right);
         // A slide that ends or turns back: its time.
         let turns = |&i: &usize| slides(was(i)) && modes[i] != was(i) && modes[i] != Mode::Separate;
         if let Some(i) = (0..modes.len()).find(turns).filter(|_| !self.struck && !fades) {
-            let before: ContactLetters<Mode> = self.before.clone();
             let a = self.acceleration(k.saturating_sub(1), start, &before);
             let row = start.row(i, true);
             let mut slip = row.dot(&self.change.speed);
@@ -422,6 +512,7 @@ impl<'a> Walk<'a> {
             if rate != 0.0 {
                 let late = -slip / rate;
                 self.shift = late / self.found.unit;
+                self.comes_late(late);
                 if slides(modes[i]) {
                     let after = self.acceleration(k, start, modes);
                     self.change.speed.add_scaled(&a.plus(&after, -1.0), late);
@@ -448,13 +539,21 @@ impl<'a> Walk<'a> {
                 forces.push(t);
             }
         }
-        let matrix = DMatrix::from_fn(held.len(), forces.len(), |j, l| held[j].0.dot(&forces[l]));
-        let svd = matrix.svd(true, true);
-        let bound = SINGULAR_HOLD * svd.singular_values.max();
+        if held.is_empty() {
+            return;
+        }
+        // Of rows that depend on each other, some do.
+        let rows: Vec<&Coordinates> = held.iter().map(|row| &row.0).collect();
+        let own: Vec<usize> =
+            independent(&rows, SINGULAR_HOLD).into_iter().map(|(k, _)| k).collect();
+        let matrix =
+            DMatrix::from_fn(own.len(), own.len(), |j, l| held[own[j]].0.dot(&forces[own[l]]));
+        let factors = matrix.lu();
         let take = |of: Vec<f64>, from: &mut Coordinates| {
-            if let Ok(parts) = svd.solve(&DVector::from_vec(of), bound) {
-                for (part, force) in parts.iter().zip(&forces) {
-                    from.add_scaled(force, -part);
+            let right = DVector::from_iterator(own.len(), own.iter().map(|&k| of[k]));
+            if let Some(parts) = factors.solve(&right) {
+                for (part, &k) in parts.iter().zip(&own) {
+                    from.add_scaled(&forces[k], -part);
                 }
             }
         };
@@ -661,11 +760,15 @@ impl<'a> Walk<'a> {
     /// The time of an impact at this rate (m/s) shifts by this time, in s. The shifts of the impacts of an accumulation converge, and those of
     /// the last ones are quotients of rounding errors.
     fn shifts(&mut self, late: f64, rate: f64) {
-        let shift = late / self.found.unit;
-        self.late = self.late.max(self.error + libm::log(shift.abs()));
+        self.comes_late(late);
         if rate.abs() > SLOW_IMPACT * self.fastest {
-            self.shift = shift;
+            self.shift = late / self.found.unit;
         }
+    }
+
+    /// An event shifts by this time, in s.
+    fn comes_late(&mut self, late: f64) {
+        self.late = self.late.max(self.error * (late.abs() / self.size));
     }
 
     /// Whether an impact at this rate (m/s) is more than one of the last ones of an accumulation, whose motion is smaller than the change, if this
@@ -679,8 +782,7 @@ impl<'a> Walk<'a> {
         };
         // Once nothing is determined, the growth is that of this run alone.
         let known = self.found.lost.is_none();
-        let lost =
-            if known { f64::EPSILON * libm::exp(self.error) * self.scale.speed } else { 0.0 };
+        let lost = if known { self.error_of_state() * self.scale.speed } else { 0.0 };
         rate.abs() > lost.min(FRESH_IMPACT * self.fastest).max(noise * self.fastest)
     }
 

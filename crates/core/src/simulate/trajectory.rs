@@ -25,11 +25,10 @@ use crate::outcome::{
     Cause, ContactKind, ContactNumber, ContactSet, Enclosure, ImpactRecord, Instant, ModelReason,
     Outcome, Phase, RunContact, ZenoKind, ZenoPoint,
 };
-use crate::simulate::sensitivity::{self, Sensitivity};
 use crate::simulate::{Simulation, simulate_local_until, simulate_mechanism_until};
 use crate::sustained::BodyState;
 use crate::sustained::frozen::Frozen;
-use crate::tolerance::{CLOCK_ROUNDINGS, FEW_DIGITS, OUTSIDE_PROVED_BOUNDS};
+use crate::tolerance::OUTSIDE_PROVED_BOUNDS;
 
 /// Largest number of times of [`Trajectory::sample_times`]: the motion at them takes 0.6 GB.
 pub const MOST_SAMPLES: usize = 10_000_000;
@@ -50,6 +49,24 @@ pub(super) enum Flight {
     Body(usize),
     /// Over constant rows.
     Rows(Box<Frozen>),
+}
+
+/// How much the end of a run depends on its start, from [`Trajectory::sensitivity`](crate::Trajectory::sensitivity).
+#[derive(Debug, Clone, Default)]
+pub(super) struct Sensitivity {
+    /// Growth from the start to the end.
+    pub(super) growth: f64,
+    /// The sum of the growths from all events to the end, in the units of the motion.
+    pub(super) error: f64,
+    /// The shift of the time of rest by errors of size 1 at all events, in s; and that of each Zeno point.
+    pub(super) late: f64,
+    pub(super) zeno: Vec<f64>,
+    /// √(size/g), in s: the unit of time.
+    pub(super) unit: f64,
+    /// Elapsed time from which nothing is determined.
+    pub(super) lost: Option<Clock>,
+    /// Elapsed time at which the growth since the start first exceeds the limit.
+    pub(super) passed: Option<Clock>,
 }
 
 /// The pieces of a run, and for each collision the normal impulse per unit mass divided by the own-rate jump.
@@ -96,7 +113,7 @@ pub struct Trajectory {
     impacts: OnceLock<Vec<ImpactRecord>>,
     zeno_points: OnceLock<Vec<ZenoPoint>>,
     phases: OnceLock<Vec<Phase>>,
-    sensitivity: OnceLock<Option<Sensitivity>>,
+    pub(super) sensitivity: OnceLock<Option<Sensitivity>>,
     warnings: OnceLock<Vec<String>>,
 }
 
@@ -396,83 +413,6 @@ impl Trajectory {
             let mut all = self.record.warnings.clone();
             all.extend(self.depends_on_start());
             all
-        })
-    }
-
-    /// Growth of a small change of the start up to the end of the run: |δ(end)|/|δ(start)|, dimensionless. Lengths are over the size of the
-    /// body, speeds over √(g · size), turns are times ρ; if the run ends at rest, the shift of the time of rest, over √(size/g), is part of δ.
-    /// The change has equal parts in all coordinates and their speeds. In a run with growth it turns into the direction that grows fastest.
-    /// ∞ where it is above 1e100. `None` unless recorded.
-    ///
-    /// It is computed when it is first asked for, from the record: the derivative of the motion along the run, with the shift of the time of
-    /// each impact (saltation). Contacts that land at one instant go on to land at one instant in the changed run.
-    ///
-    /// ```
-    /// use standfast::{Lamina, Options, Posture, State, simulate};
-    ///
-    /// // A rod that clatters on its ends, with little loss: every impact multiplies a change of the start.
-    /// let rod = |restitution| Posture::rod(0.5, &Lamina { restitution, gyration_radius: Some(0.2), ..Lamina::default() });
-    /// let start = State::at_rest([0.0, 0.4, 0.3]);
-    /// let calm = simulate(&rod(0.1)?, &start, &Options::default())?;
-    /// let wild = simulate(&rod(0.99)?, &start, &Options::default())?;
-    /// assert!(calm.sensitivity().is_some_and(|growth| growth < 100.0));
-    /// assert!(wild.sensitivity().is_some_and(|growth| growth > 1e16));
-    /// // Rounding errors grow alike: from this time on not one digit of the state is determined.
-    /// assert!(wild.determined_until().is_some_and(|t| t < wild.time()));
-    /// assert!(wild.warnings()[0].starts_with("nothing is determined from"));
-    /// # Ok::<(), standfast::Error>(())
-    /// ```
-    #[must_use]
-    pub fn sensitivity(&self) -> Option<f64> {
-        self.found_sensitivity().map(|found| found.growth)
-    }
-
-    /// Time on the clock from which not one digit of the state is determined, because rounding errors have grown to the size of the body, in s.
-    /// `None`: there is none, or nothing was recorded.
-    #[must_use]
-    pub fn determined_until(&self) -> Option<f64> {
-        self.found_sensitivity()?.lost.map(|lost| self.clock(lost))
-    }
-
-    /// Estimated error of the time of the end, in s, at most the whole time: that of the sums and of the clock, and ε times the
-    /// largest growth of a change from an event to the end, times √(size/g). Without a record it does not include the growth.
-    #[must_use]
-    pub fn time_error(&self) -> f64 {
-        let end = self.record.end.clock;
-        let sums = self.record.zeno.iter().map(|zeno| zeno.error).fold(0.0, f64::max);
-        self.error_of(end, sums, self.found_sensitivity().map(|found| found.error))
-    }
-
-    fn found_sensitivity(&self) -> Option<&Sensitivity> {
-        self.sensitivity.get_or_init(|| sensitivity::of_run(self, f64::INFINITY)).as_ref()
-    }
-
-    /// The error of a time: of sums, of the clock, and of what has grown.
-    fn error_of(&self, clock: Clock, sums: f64, growth: Option<f64>) -> f64 {
-        let unit = self.found_sensitivity().map_or(0.0, |found| found.unit);
-        let grown = growth.map_or(0.0, |growth| f64::EPSILON * growth * unit).min(clock.hi);
-        sums + CLOCK_ROUNDINGS * f64::EPSILON * clock.hi + grown
-    }
-
-    /// The warning that the end, or a part of the run, depends on rounding errors.
-    fn depends_on_start(&self) -> Option<String> {
-        let found = self.found_sensitivity()?;
-        let error = f64::EPSILON * found.error;
-        let growth = match found.error {
-            f64::INFINITY => "more than 1e100".into(),
-            growth => format!("{growth:.0e}"),
-        };
-        if let Some(lost) = found.lost {
-            let t = self.clock(lost);
-            return Some(format!(
-                "nothing is determined from {t:.6} s on: a change of the state before, and a rounding error is one, grows by a factor of {growth} until the end"
-            ));
-        }
-        (error > FEW_DIGITS).then(|| {
-            let digits = (-libm::log10(error)).floor();
-            format!(
-                "{digits} digits of the end are determined: a change of the state before, and a rounding error is one, grows by a factor of {growth} until the end"
-            )
         })
     }
 
@@ -901,7 +841,7 @@ impl Trajectory {
         pair[..self.count()].to_vec().unsigned_zero()
     }
 
-    fn clock(&self, elapsed: Clock) -> f64 {
+    pub(super) fn clock(&self, elapsed: Clock) -> f64 {
         self.options.clock(elapsed).unsigned_zero()
     }
 
