@@ -233,7 +233,7 @@ def _zeno_table(points: list[sf.ZenoPoint]) -> list[str]:
     rows = [
         (
             "time / s",
-            "error of the sum / s",
+            "error of the time / s",
             "kind",
             "contacts",
             "method",

@@ -118,7 +118,7 @@ RUN = SCENE.simulate()
 RUNS = sf.simulate_many(ROD, **START)
 OPTIONS = (
     "the options of simulate are model, impact, simultaneous, stop, time, time_limit, event_limit,"
-    " neighbourhood, edges, jams, record, certify"
+    " sensitivity_limit, neighbourhood, edges, jams, record, certify"
 )
 #: A body that is almost a point mass.
 NEEDLE = sf.Posture.rod(half_length=0.5, gyration_radius=1e-9, restitution=0.1)
@@ -211,7 +211,7 @@ IN_PYTHON = [
     (lambda: sf.sweep(ROD, {"mass": []}), ValueError, "mass = [] cannot be used: at least one value"),
     (lambda: sf.sweep(ROD, {"mass": [1]}, None), TypeError, "quantity = None cannot be used: a name, or a sequence of names, is allowed"),
     (lambda: sf.sweep(ROD, {"mass": [1]}, "zeno_time", **START, certify=True), ValueError, "certify = true cannot be used: false, because a map has no proved bounds"),
-    (lambda: sf.sweep(ROD, {"mass": [1]}, tread=3), TypeError, "tread = 3 cannot be used: no keyword of sweep; those of simulate are certify, edges, event_limit, impact, model, neighbourhood, record, simultaneous, stop, time, time_limit; did you mean 'threads'?"),
+    (lambda: sf.sweep(ROD, {"mass": [1]}, tread=3), TypeError, "tread = 3 cannot be used: no keyword of sweep; those of simulate are certify, edges, event_limit, impact, model, neighbourhood, record, sensitivity_limit, simultaneous, stop, time, time_limit; did you mean 'threads'?"),
     (lambda: sf.sweep(ROD, {"mass": [1]}, cache=3), TypeError, "cache = 3 cannot be used: None or a folder is allowed"),
     (lambda: sf.sweep(ROD, {"mass": [1]}, progress="x"), TypeError, "progress = 'x' cannot be used: None, True or False is allowed"),
     (lambda: sf.sweep(ROD, {"mass": [1]}, chunk=0), ValueError, "chunk = 0 cannot be used: None or an integer >= 1 is allowed"),

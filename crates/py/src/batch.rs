@@ -25,7 +25,7 @@ use crate::run::{PyRun, interruptible_run};
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
 /// >>> runs = sf.simulate_many(rod, q=[(0, 0.01, 0.001), (0, 0.01, 0.002)], qdot=(0, 0, 0))
 /// >>> runs.outcome, runs.zeno_kind
-/// (array(['rest', 'rest'], dtype='<U12'), array(['2-zeno', '2-zeno'], dtype='<U6'))
+/// (array(['rest', 'rest'], dtype='<U17'), array(['2-zeno', '2-zeno'], dtype='<U6'))
 /// >>> bool(runs.time[1] == runs[1].time)
 /// True
 #[pyclass(frozen, name = "Runs", module = "standfast")]
