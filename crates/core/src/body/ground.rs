@@ -6,7 +6,7 @@ use smallvec::SmallVec;
 use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::body::terrain::{End, Ground, Piece, Place, Under, place_error};
+use crate::body::terrain::{Ground, Piece, Place, Under, place_error};
 use crate::math::turn::Turn;
 use crate::tolerance::{FINAL_GAP_ROUNDINGS, PLACE, TOUCH};
 
@@ -178,12 +178,8 @@ impl Posture {
     pub(crate) fn lowest_ground(&self) -> f64 {
         let count = self.contacts().len();
         let lowest = |ground: Option<&Ground>| {
-            ground.map_or(f64::NEG_INFINITY, |ground| {
-                let low =
-                    |end: End| if end.is_endless() { f64::NEG_INFINITY } else { end.vertex.y };
-                let ground = ground.low.as_deref().unwrap_or(ground);
-                ground.pieces.iter().flat_map(|k| k.ends.map(low)).fold(f64::INFINITY, f64::min)
-            })
+            ground
+                .map_or(f64::NEG_INFINITY, |ground| ground.low.as_deref().unwrap_or(ground).lowest)
         };
         (0..count).map(|i| lowest(self.ground(i))).fold(f64::INFINITY, f64::min)
     }

@@ -30,10 +30,11 @@ use crate::body::state::State;
 use crate::body::terrain::{self, Ground, Piece, Under};
 use crate::error;
 use crate::error::{Error, finite, in_range, positive, restitution};
+use crate::math::extents::{Extent, ExtentTree};
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::serial::shown_as_written;
-use crate::tolerance::{STEEPEST_REACHED, TOUCH};
+use crate::tolerance::{PLACE, STEEPEST_REACHED, TOUCH};
 
 shown_as_written!(GroundKind);
 
@@ -69,9 +70,34 @@ struct Parts {
     /// The polygon of the body, if it is known.
     outline: Option<Outline>,
     /// See [`Posture::ground_corners`].
-    corners: Vec<Vector2<f64>>,
+    corners: Arc<Corners>,
     /// See [`Posture::contact_space`].
     space: Cached,
+}
+
+/// Corners of the ground, world axes, in m.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Corners {
+    pub(crate) all: Vec<Vector2<f64>>,
+    pub(crate) places: ExtentTree,
+}
+
+impl Corners {
+    pub(crate) fn new(all: Vec<Vector2<f64>>) -> Self {
+        let places = ExtentTree::new(all.iter().map(|corner| Extent::of([*corner])));
+        Self { all, places }
+    }
+
+    /// Those within a box, in order.
+    pub(crate) fn within(&self, limits: Extent) -> impl Iterator<Item = &Vector2<f64>> {
+        self.places.meeting(limits).map(|k| &self.all[k])
+    }
+
+    /// Those that may be nearer to a point than this, in m: also some a little farther away.
+    pub(crate) fn near(&self, at: &Vector2<f64>, way: f64) -> impl Iterator<Item = &Vector2<f64>> {
+        let rounding = PLACE * (at.norm() + way);
+        self.within(Extent::of([*at]).grown(way + rounding))
+    }
 }
 
 /// A quantity that follows from the others. It is computed when it is first asked for, and has no part in comparisons.
@@ -256,6 +282,7 @@ impl Posture {
         fields.outline.truncate(corners);
         let outline = Outline::new(&fields)?;
         let corners = if outline.is_some() { placing::corners_of(&grounds) } else { Vec::new() };
+        let corners = Arc::new(Corners::new(corners));
         let parts = Parts {
             fields,
             geometry,
@@ -433,7 +460,7 @@ impl Posture {
     }
 
     /// The corners of the ground that a side of the body can meet; none without an outline.
-    pub(crate) fn ground_corners(&self) -> &[Vector2<f64>] {
+    pub(crate) fn ground_corners(&self) -> &Arc<Corners> {
         &self.0.corners
     }
 

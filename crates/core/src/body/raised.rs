@@ -19,7 +19,7 @@ use std::sync::Arc;
 use nalgebra::Vector2;
 
 use crate::body::fields::Surface;
-use crate::body::terrain::{End, Ground, Piece, bisector, slope_of};
+use crate::body::terrain::{End, Ground, Piece, bisector, places_of, slope_of};
 use crate::math::orientation::area;
 use crate::tolerance::{PLACE_ON_PART, SAME_JOINT, SHORT_PART};
 
@@ -327,6 +327,8 @@ impl Ground {
             }
         }
         Ok(Self {
+            places: places_of(&pieces),
+            lowest: self.lowest + radius,
             pieces,
             has_walls: self.has_walls || parts.iter().any(|part| part.is_arc),
             is_polyline: self.is_polyline,

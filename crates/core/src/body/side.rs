@@ -78,7 +78,11 @@ impl Posture {
         let Some(outline) = self.outline() else { return Vec::new() };
         let center = Vector2::from(self.fields().center_of_mass) + q.xy();
         let mut found = Vec::new();
-        for &corner in self.ground_corners() {
+        // The largest distance that counts as touching, of a corner that is so near.
+        let far = outline.radius
+            + TOUCH * outline.radius
+            + 4.0 * PLACE * (center.norm() + outline.radius);
+        for &corner in self.ground_corners().near(&center, far) {
             let place = center.norm() + corner.norm() + outline.radius;
             let touch = (TOUCH * outline.radius).max(PLACE * place);
             if (corner - center).norm() > outline.radius + touch {
@@ -147,7 +151,7 @@ impl Posture {
         };
         let (center, turn) = (Vector2::from(self.fields().center_of_mass) + q.xy(), Turn::by(-q.z));
         let seen = |corner: Vector2<f64>| turned(&turn, corner - center);
-        for &corner in self.ground_corners() {
+        for &corner in self.ground_corners().near(&center, outline.radius) {
             let p = seen(corner);
             if outline.holds(&p) {
                 return Err(refuse(corner, outline.nearest_side(&p).distance(&p)));

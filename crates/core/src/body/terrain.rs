@@ -19,11 +19,13 @@ use std::f64::consts::PI;
 use std::sync::Arc;
 
 use nalgebra::Vector2;
+use smallvec::SmallVec;
 
 use crate::body::contact::{Contact, direction};
 use crate::body::fields::Surface;
 use crate::body::geometry::ContactGeometry;
 use crate::error::{Error, finite};
+use crate::math::extents::{Extent, ExtentTree};
 use crate::math::orientation::{along, area, precise_area};
 use crate::tolerance::{SAME_VERTEX, STRAIGHT_VERTEX};
 
@@ -111,6 +113,10 @@ pub(crate) struct Ground {
     pub(crate) raised: f64,
     /// The polyline that was raised.
     pub(crate) low: Option<Arc<Ground>>,
+    /// Where its pieces are.
+    pub(crate) places: ExtentTree,
+    /// Height of the lowest vertex, in m; −∞ if a piece has no end.
+    pub(crate) lowest: f64,
 }
 
 /// The position of a point relative to the pieces of its terrain.
@@ -173,6 +179,13 @@ impl Piece {
     /// The part of this line between two points on it.
     fn part(&self, ends: [Vector2<f64>; 2]) -> Self {
         Self { ends: ends.map(|end| End::new(end, self.ends_across())), ..*self }
+    }
+
+    fn extent(&self) -> Extent {
+        match self.corner() {
+            Some(corner) => Extent::of([corner]).grown(self.radius),
+            None => Extent::of(self.ends.map(|end| end.vertex)),
+        }
     }
 
     /// The corner of the ground about which a disc turns on this piece, if it is an arc.
@@ -266,10 +279,20 @@ impl Piece {
     }
 }
 
+/// The boxes of these pieces.
+pub(super) fn places_of(pieces: &[Piece]) -> ExtentTree {
+    ExtentTree::new(pieces.iter().map(Piece::extent))
+}
+
 impl Ground {
     pub(super) fn new(pieces: Vec<Piece>, is_polyline: bool) -> Self {
         let has_walls = !pieces.iter().all(Piece::faces_up);
-        let mut ground = Self { pieces, has_walls, is_polyline, raised: 0.0, low: None };
+        let places = places_of(&pieces);
+        let low = |end: End| if end.is_endless() { f64::NEG_INFINITY } else { end.vertex.y };
+        let ends = pieces.iter().flat_map(|piece| piece.ends.map(low));
+        let lowest = ends.fold(f64::INFINITY, f64::min);
+        let (raised, low) = (0.0, None);
+        let mut ground = Self { pieces, has_walls, is_polyline, raised, low, places, lowest };
         for k in 1..ground.pieces.len() {
             let [one, two] = [ground.pieces[k - 1], ground.pieces[k]];
             if !(one.faces_up() && two.faces_up()) {
@@ -341,13 +364,18 @@ impl Ground {
             let [from, to] = piece.ends.map(|end| (at - end.vertex).amax());
             (piece.distance(at), DISTANCE_ROUNDINGS * f64::EPSILON * from.max(to))
         };
-        let most =
-            pieces.iter().map(known).map(|(d, error)| d + error).fold(f64::INFINITY, f64::min);
+        let most = self.places.least(at, |k| {
+            let (d, error) = known(&pieces[k]);
+            d + error
+        });
         let may_be_nearest = |&k: &usize| {
             let (d, error) = known(&pieces[k]);
             d - error <= most
         };
-        let candidates = || (0..pieces.len()).rev().filter(may_be_nearest);
+        let error = 2.0 * DISTANCE_ROUNDINGS * f64::EPSILON * (self.places.reach(at) + most);
+        let near = Extent::of([*at]).grown(most + error);
+        let near: SmallVec<[usize; 8]> = self.places.meeting(near).filter(may_be_nearest).collect();
+        let candidates = || near.iter().rev().copied();
         let mut found = candidates();
         let Some(only) = found.next() else { return 0 };
         if found.next().is_none() {

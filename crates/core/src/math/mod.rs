@@ -5,6 +5,7 @@ pub(crate) mod ball;
 pub(crate) mod cases;
 pub(crate) mod clock;
 pub(crate) mod collocation;
+pub(crate) mod extents;
 pub(crate) mod interval;
 pub(crate) mod least_distance;
 pub(crate) mod mass_vector;

@@ -80,7 +80,7 @@ impl GroundWatch {
             }
             over
         });
-        let sides = sides && !posture.ground_corners().is_empty();
+        let sides = sides && !posture.ground_corners().all.is_empty();
         if sides {
             room = room.min(least);
         }

@@ -11,6 +11,7 @@ use nalgebra::Vector2;
 
 use crate::body::outline::Side;
 use crate::body::terrain::Piece;
+use crate::math::extents::Extent;
 use crate::motion::ground::OnGround;
 use crate::options::Edges;
 use crate::sustained::ContactState;
@@ -123,7 +124,7 @@ impl OnGround<'_, '_> {
 
     /// Adds the corners of the ground that meet a side of the body at this instant.
     pub(super) fn meet_together(&mut self) {
-        if self.edges.contacts().is_empty() {
+        if !self.edges.has_contacts() {
             return;
         }
         let q = self.state.state().q;
@@ -242,10 +243,12 @@ impl OnGround<'_, '_> {
     /// along it.
     fn put_in_vertex(&mut self, j: usize, vertex: Vector2<f64>) {
         let contact = self.state.points[j].place.contact;
-        let Some(ground) = self.ground.posture.ground(contact) else { return };
+        let posture = self.ground.posture.clone();
+        let Some(ground) = posture.ground(contact) else { return };
         let at_end = |piece: &Piece| (0..2).find(|&end| piece.ends[end].vertex == vertex);
-        let found =
-            ground.pieces.iter().enumerate().find_map(|(k, piece)| Some((k, at_end(piece)?)));
+        let here = Extent::of([vertex]).grown(TOUCH * posture.size());
+        let mut near = ground.places.meeting(here);
+        let found = near.find_map(|k| Some((k, at_end(&ground.pieces[k])?)));
         let Some((k, end)) = found else { return };
         if self.state.points[j].h == 0.0 && self.state.points[j].u == 0.0 {
             return; // it touches already
@@ -282,7 +285,7 @@ impl OnGround<'_, '_> {
     /// Point `i`, a corner of the body on the ground, passes a convex vertex: the vertex goes on along the side behind the corner. It moves away
     /// from the line of neither side of the corner, and along one of them towards its other end.
     pub(super) fn go_on_along_side(&mut self, i: usize, vertex: Vector2<f64>) {
-        if !self.edges.contacts().contains(&vertex) {
+        if !self.edges.may_touch(&vertex) {
             return;
         }
         let posture = self.ground.posture.clone();

@@ -12,24 +12,27 @@
 //! no side of the body, or if the corner stays farther from the centre of mass than every point of the body. All other intervals are
 //! halved. The time of an entry is the root of the depth of the corner below the side.
 
+use std::sync::Arc;
+
 use nalgebra::Vector2;
 
 use crate::body::outline::Outline;
-use crate::body::posture::Posture;
+use crate::body::posture::{Corners, Posture};
 use crate::body::side::turned;
+use crate::math::extents::Extent;
 use crate::math::roots::bracketed;
 use crate::math::turn::Turn;
 use crate::options::{Edges, Options};
 use crate::sustained::BodyState;
 use crate::sustained::side::SideContact;
-use crate::tolerance::{CUBIC_TURN, MEASURED_ERROR, TOUCH};
+use crate::tolerance::{CUBIC_TURN, MEASURED_ERROR, PLACE, TOUCH};
 
 /// Watches the corners of the ground.
 #[derive(Debug, Clone)]
 pub(crate) struct EdgeWatch {
     /// The convex corners of the ground and its ends, world axes, in m; a concave corner cannot enter before another one has. Without
     /// contacts, those that have not entered the body.
-    corners: Vec<Vector2<f64>>,
+    corners: Arc<Corners>,
     /// Whether a corner that meets a side becomes a contact.
     touches: bool,
 }
@@ -85,7 +88,8 @@ fn error(hull: &[Vector2<f64>; 4], middle: &Vector2<f64>) -> f64 {
 impl EdgeWatch {
     /// A new watch; most postures need none.
     pub(crate) fn new(posture: Option<&Posture>, options: &Options) -> Self {
-        let corners = posture.map_or(&[][..], Posture::ground_corners).to_vec();
+        let none = || Arc::new(Corners::new(Vec::new()));
+        let corners = posture.map_or_else(none, |posture| posture.ground_corners().clone());
         Self { corners, touches: options.edges == Edges::Contact }
     }
 
@@ -96,19 +100,25 @@ impl EdgeWatch {
         body: &BodyState,
         way: impl Fn(f64) -> f64,
     ) -> bool {
-        let Some(outline) = posture.outline().filter(|_| !self.corners.is_empty()) else {
+        let Some(outline) = posture.outline().filter(|_| !self.corners.all.is_empty()) else {
             return true;
         };
         let (path, way) = (Path { posture, at: &|_| body.clone() }, way(outline.radius));
-        self.corners.iter().all(|corner| {
+        let center = posture.center() + body.center.r;
+        self.corners.near(&center, outline.radius + way).all(|corner| {
             let p = path.see(corner, 0.0).p;
             p.norm() - outline.radius > way || outline.nearest_side(&p).distance(&p) > way
         })
     }
 
-    /// The corners that may become contacts.
-    pub(crate) fn contacts(&self) -> &[Vector2<f64>] {
-        if self.touches { &self.corners } else { &[] }
+    /// Whether there are corners that may become contacts.
+    pub(crate) fn has_contacts(&self) -> bool {
+        self.touches && !self.corners.all.is_empty()
+    }
+
+    /// Whether this corner may become a contact.
+    pub(crate) fn may_touch(&self, corner: &Vector2<f64>) -> bool {
+        self.touches && self.corners.within(Extent::of([*corner])).any(|one| one == corner)
     }
 
     /// The first corner that meets a side of the body within `dt` of the start of this motion (s) and is no contact on this side yet.
@@ -122,7 +132,7 @@ impl EdgeWatch {
         time: impl Fn(f64) -> f64,
         warnings: &mut Vec<String>,
     ) -> Option<Entry> {
-        let outline = path.posture.outline().filter(|_| !self.corners.is_empty())?;
+        let outline = path.posture.outline().filter(|_| !self.corners.all.is_empty())?;
         if let Some(acceleration) = free {
             dt = dt.min(path.passed(&self.corners, outline.radius, acceleration));
         }
@@ -130,6 +140,7 @@ impl EdgeWatch {
             return None;
         }
         let near = path.neighbourhood(dt, outline.radius);
+        let corners = self.corners.clone();
         let held = (path.at)(0.0).sides;
         let origin = Vector2::from(path.posture.fields().center_of_mass);
         let is_at = |on: &&SideContact, corner: &Vector2<f64>| on.corner == corner - origin;
@@ -137,7 +148,7 @@ impl EdgeWatch {
         let watched = |corner: &&Vector2<f64>| {
             !(outline.is_convex && held.iter().any(|on| is_at(&on, corner)))
         };
-        let near = self.corners.iter().filter(watched).filter(|corner| near(corner));
+        let near = corners.within(near).filter(watched);
         let mut entries: Vec<Entry> = near
             .filter_map(|corner| path.entry(outline, corner, dt))
             .filter(|entry| {
@@ -149,7 +160,8 @@ impl EdgeWatch {
             return entries.first().copied();
         }
         for entry in &entries {
-            self.corners.retain(|corner| *corner != entry.corner);
+            let left = self.corners.all.iter().filter(|corner| **corner != entry.corner);
+            self.corners = Arc::new(Corners::new(left.copied().collect()));
             warnings.push(entry.warning(time(entry.t)));
         }
         None
@@ -158,8 +170,11 @@ impl EdgeWatch {
     /// Returns true if a corner that has not entered it lies in this body.
     pub(crate) fn is_inside(&self, posture: &Posture, body: &BodyState) -> bool {
         let path = Path { posture, at: &|_| body.clone() };
-        let inside =
-            |outline: &Outline| self.corners.iter().any(|v| outline.holds(&path.see(v, 0.0).p));
+        let center = posture.center() + body.center.r;
+        let inside = |outline: &Outline| {
+            let mut near = self.corners.near(&center, outline.radius);
+            near.any(|v| outline.holds(&path.see(v, 0.0).p))
+        };
         posture.outline().is_some_and(inside)
     }
 }
@@ -185,28 +200,18 @@ impl<'a> Path<'a> {
         Self { posture, at }
     }
 
-    /// Returns true if the body comes near a given corner within this time.
-    fn neighbourhood(&self, dt: f64, radius: f64) -> impl Fn(&Vector2<f64>) -> bool + use<> {
+    /// Where the body is within this time.
+    fn neighbourhood(&self, dt: f64, radius: f64) -> Extent {
         let [start, middle, end] = [0.0, 0.5 * dt, dt].map(|t| (self.at)(t).center);
         let hull = control_points(dt, [start.r, start.v], [end.r, end.v]);
         let margin = radius + error(&hull, &middle.r);
-        let limits = |axis: usize| {
-            let values = hull.map(|p| p[axis]);
-            [
-                values.into_iter().fold(f64::INFINITY, f64::min) - margin,
-                values.into_iter().fold(f64::NEG_INFINITY, f64::max) + margin,
-            ]
-        };
-        let limits = [limits(0), limits(1)];
-        let center = Vector2::from(self.posture.fields().center_of_mass);
-        move |corner| {
-            let from = corner - center;
-            (0..2).all(|axis| from[axis] >= limits[axis][0] && from[axis] <= limits[axis][1])
-        }
+        let center = self.posture.center();
+        let rounding = PLACE * (center.norm() + hull[0].norm() + hull[3].norm());
+        Extent::of(hull.map(|p| center + p)).grown(margin + rounding)
     }
 
     /// The time from which on a body with this acceleration is beyond these corners for good; one turn for a body that only turns.
-    fn passed(&self, corners: &[Vector2<f64>], radius: f64, acceleration: Vector2<f64>) -> f64 {
+    fn passed(&self, corners: &Corners, radius: f64, acceleration: Vector2<f64>) -> f64 {
         let BodyState { center, spin, .. } = (self.at)(0.0);
         let pull = acceleration.norm();
         let way = if pull > 0.0 { acceleration } else { center.v }.try_normalize(0.0);
@@ -214,8 +219,8 @@ impl<'a> Path<'a> {
             return if spin.omega == 0.0 { 0.0 } else { std::f64::consts::TAU / spin.omega.abs() };
         };
         let at = Vector2::from(self.posture.fields().center_of_mass) + center.r;
-        let ahead = corners.iter().map(|corner| way.dot(&(corner - at)));
-        let (ahead, speed) = (ahead.fold(0.0, f64::max) + radius, way.dot(&center.v));
+        let ahead = corners.places.farthest(&way, &at).max(0.0);
+        let (ahead, speed) = (ahead + radius, way.dot(&center.v));
         let root = (speed * speed + 2.0 * pull * ahead).sqrt();
         if speed > 0.0 { 2.0 * ahead / (speed + root) } else { (root - speed) / pull }
     }

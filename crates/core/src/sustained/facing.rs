@@ -6,8 +6,9 @@
 use nalgebra::Vector2;
 
 use crate::body::posture::Posture;
-use crate::body::terrain::{Piece, Place};
+use crate::body::terrain::{Ground, Piece, Place};
 use crate::flight::{GapArc, parabola_touchdown};
+use crate::math::extents::Extent;
 use crate::math::roots::{ORDER, first_root};
 use crate::math::series::{product, shifted};
 use crate::modes::Mode;
@@ -15,18 +16,21 @@ use crate::sustained::flight::next;
 use crate::sustained::{BodyState, ContactState, Rounding, Step};
 use crate::tolerance::{PLACE, TOUCH};
 
+/// Distance from a piece at which a point is not struck now, in sizes of the body: far more than the clock resolves of its way.
+const STRUCK_NEAR: f64 = 1e-3;
+
 /// Largest number of crossings of the line of a piece, without a hit, that are followed.
 const CROSSINGS: usize = 64;
 
-/// The pieces of terrain that are not adjacent to that of point `i`, with their numbers; none where the terrain has no walls.
+/// The pieces of terrain within this box that are not adjacent to that of point `i`, with their numbers; none where the terrain has no walls.
 fn facing<'p>(
     posture: &'p Posture,
     state: &BodyState,
     i: usize,
+    limits: Extent,
 ) -> impl Iterator<Item = (isize, &'p Piece)> + use<'p> {
     let Place { contact, piece, across, .. } = state.points[i].place;
     let ground = posture.ground(contact).filter(|ground| ground.has_walls);
-    let pieces = ground.map_or(&[][..], |ground| &ground.pieces);
     // A point on the line that separates it from an adjacent piece is as near to that piece, unless two lines separate them.
     let separate = move |k: isize, other: &Piece| match k - piece {
         1 => other.ends[0].across != across[1],
@@ -34,14 +38,14 @@ fn facing<'p>(
         _ => true,
     };
     // Its second point follows the piece that this one is on.
-    let second = match pieces.is_empty() {
-        true => None,
-        false => state.second(i).map(|j| state.points[j].place.piece),
-    };
+    let second = ground.and_then(|_| state.second(i)).map(|j| state.points[j].place.piece);
     let far = move |(k, other): &(isize, &Piece)| {
         *k != piece && Some(*k) != second && separate(*k, other)
     };
-    pieces.iter().enumerate().map(|(k, piece)| (k as isize, piece)).filter(far)
+    let within = move |ground: &'p Ground| {
+        ground.places.meeting(limits).map(|k| (k as isize, &ground.pieces[k]))
+    };
+    ground.into_iter().flat_map(within).filter(far)
 }
 
 /// Way of a disc, in units of its radius, after which it is looked at again while a corner is in it. It is so only where it comes from behind the
@@ -98,8 +102,28 @@ impl BodyState {
 
     /// Returns true if the lines of all pieces that do not adjoin that of point `i` are farther away than `way`, in m.
     pub(crate) fn is_far_from_others(&self, i: usize, posture: &Posture, way: f64) -> bool {
-        facing(posture, self, i)
+        let limits = Extent::of([self.position(i, posture)]).grown(way + self.slack(i, posture));
+        facing(posture, self, i, limits)
             .all(|(_, piece)| piece.height(&self.position(i, posture)).abs() > way)
+    }
+
+    /// More than all tolerances and rounding errors by which a point may be off a piece that it touches, in m.
+    fn slack(&self, i: usize, posture: &Posture) -> f64 {
+        2.0 * (self.position_error(i, posture) + TOUCH * posture.size())
+    }
+
+    /// Where point `i` may be within the time `t` (s) of a flight.
+    fn whereabouts(&self, i: usize, posture: &Posture, t: f64) -> Extent {
+        if !t.is_finite() {
+            return Extent::PLANE;
+        }
+        let (center, fall) = (&self.center, self.fall);
+        let at = |t: f64| center.r + center.v * t + fall * (0.5 * t * t);
+        // The turning points of the parabola.
+        let turns = [0, 1].map(|axis| (-center.v[axis] / fall[axis]).clamp(0.0, t));
+        let [x, y] = turns.map(|turn| at(if turn.is_nan() { 0.0 } else { turn }));
+        let path = [at(0.0), at(t), x, y].map(|r| posture.center() + r);
+        Extent::of(path).grown(self.points[i].arm().norm() + self.slack(i, posture))
     }
 
     /// When a contact in flight hits a piece that does not adjoin its own, before `limit` (s), and the number of this piece.
@@ -119,7 +143,8 @@ impl BodyState {
         limit: f64,
     ) -> Option<(f64, isize)> {
         let hit = |(k, piece): (isize, &Piece)| Some((self.hit(i, posture, piece, limit)?, k));
-        facing(posture, self, i).filter_map(hit).min_by(|one, other| one.0.total_cmp(&other.0))
+        let others = facing(posture, self, i, self.whereabouts(i, posture, limit));
+        others.filter_map(hit).min_by(|one, other| one.0.total_cmp(&other.0))
     }
 
     /// Rounding error of the position of point `i`, in m.
@@ -148,7 +173,10 @@ impl BodyState {
                 && is_between(piece, &self.position(i, posture), posture.size());
             hit.then_some(k)
         };
-        facing(posture, self, i).find_map(now)
+        // What counts as now is far less than this.
+        let now_reach = STRUCK_NEAR * posture.size() + self.slack(i, posture);
+        let limits = Extent::of([self.position(i, posture)]).grown(now_reach);
+        facing(posture, self, i, limits).find_map(now)
     }
 
     /// As `hit`, for a disc and a corner.
@@ -335,7 +363,23 @@ impl Step {
             }
             None
         };
-        facing(posture, state, i).filter_map(hit).min_by(|one, other| one.0.total_cmp(&other.0))
+        let limits = match limit < f64::INFINITY {
+            true => self.whereabouts(state, i, posture, limit / self.unit),
+            false => Extent::PLANE,
+        };
+        let others = facing(posture, state, i, limits);
+        others.filter_map(hit).min_by(|one, other| one.0.total_cmp(&other.0))
+    }
+
+    /// Where point `i` may be within this time, in units.
+    fn whereabouts(&self, state: &BodyState, i: usize, posture: &Posture, t: f64) -> Extent {
+        let at = state.position(i, posture);
+        let far = |axis: Vector2<f64>| {
+            let way = self.way(i, state, axis);
+            way[1..].iter().rev().fold(0.0, |sum, c| (sum + c.abs()) * t)
+        };
+        let far = Vector2::new(far(Vector2::x()), far(Vector2::y()));
+        Extent::of([at - far, at + far]).grown(state.slack(i, posture))
     }
 
     /// When a disc touches a corner within the step, before `limit` (s): (|P − V|² − R²)/(2R) is a polynomial, whose rate there is that of the
