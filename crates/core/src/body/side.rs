@@ -8,6 +8,7 @@ use crate::body::outline::Side;
 use crate::body::posture::Posture;
 use crate::body::terrain::Piece;
 use crate::error::Error;
+use crate::math::extents::Extent;
 use crate::math::turn::Turn;
 use crate::tolerance::{PLACE, TOUCH};
 
@@ -168,7 +169,10 @@ impl Posture {
         let (center, turn) = (Vector2::from(self.fields().center_of_mass) + q.xy(), Turn::by(-q.z));
         let seen = |end: Vector2<f64>| turned(&turn, end - center);
         let shared = self.grounds().iter().filter(|ground| ground.is_polyline);
-        let pieces = shared.flat_map(|ground| &ground.pieces);
+        let rounding = PLACE * (center.norm() + outline.radius);
+        let limits = Extent::of([center]).grown(outline.radius + rounding);
+        let pieces =
+            shared.flat_map(|ground| ground.places.meeting(limits).map(|k| &ground.pieces[k]));
         let ends = pieces.map(|piece| piece.ends.map(|end| end.vertex));
         ends.filter(|ends| ends.iter().all(|end| end.amax() < f64::INFINITY))
             .filter_map(|ends| outline.pierced(ends.map(seen)))

@@ -460,9 +460,17 @@ impl<'a> Driver<'a> {
 
     /// Checks the ground that the contacts are on.
     pub(super) fn watch_ground(&mut self) {
-        if self.watch.is_on() {
-            let now = self.moment();
-            self.watch_moment(&now);
+        let Self { watch, record, options, log, state, .. } = self;
+        let Record { subject, warnings, .. } = &mut **record;
+        match (state, subject.posture()) {
+            (Moving::Turning(body), Some(posture)) => {
+                watch.look_at(posture, body, || options.clock(log.clock), warnings);
+            }
+            _ if watch.is_on() => {
+                let now = self.moment();
+                self.watch_moment(&now);
+            }
+            _ => {}
         }
     }
 
