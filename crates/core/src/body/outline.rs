@@ -1,11 +1,14 @@
 //! The outline of a body: the polygon that its corners bound.
 
 use nalgebra::Vector2;
+use smallvec::SmallVec;
 
 use crate::body::contact::Contact;
 use crate::body::fields::PostureFields;
 use crate::body::terrain::{MAX_VERTICES, meeting};
 use crate::error::{Error, finite};
+use crate::math::extents::Extent;
+use crate::math::turn::{Turn, turned};
 use crate::tolerance::{EDGE_DEPTH, SAME_VERTEX};
 
 /// The polygon of a body in its nominal posture. Coordinates are relative to the centre of mass.
@@ -112,6 +115,27 @@ impl Outline {
         let sides: Vec<Side> = (0..count).map(side).collect();
         let is_convex = (0..count).all(|k| turn(k) * double_area >= 0.0);
         Ok(Some(Self { sides, radius, depth: EDGE_DEPTH * radius, is_convex }))
+    }
+
+    /// Whether a thing in a box may be nearer than `way` (m) to the body, turned, with its centre of mass at `center`. It is not if the line of a
+    /// side of a convex body separates them by more.
+    pub(crate) fn near(
+        &self,
+        center: Vector2<f64>,
+        turn: &Turn,
+        way: f64,
+    ) -> impl Fn(&Extent) -> bool + use<> {
+        let known = self.is_convex && way < self.radius;
+        let lines: SmallVec<[[Vector2<f64>; 2]; 8]> = self
+            .sides
+            .iter()
+            .filter(|_| known)
+            .map(|side| {
+                let along = turned(turn, side.along);
+                [Vector2::new(-along.y, along.x), center + turned(turn, side.from)]
+            })
+            .collect();
+        move |place| lines.iter().all(|[inwards, at]| !(place.farthest(inwards, at) < -way))
     }
 
     /// Returns true if a point lies deeper in the body than the tolerance.

@@ -93,6 +93,14 @@ impl Corners {
         self.places.meeting(limits).map(|k| &self.all[k])
     }
 
+    /// Those that may have a property that all boxes around them share, in order.
+    pub(crate) fn of_which<F: Fn(&Extent) -> bool>(
+        &self,
+        may: F,
+    ) -> impl Iterator<Item = &Vector2<f64>> {
+        self.places.of_which(may).map(|k| &self.all[k])
+    }
+
     /// Those that may be nearer to a point than this, in m: also some a little farther away.
     pub(crate) fn near(&self, at: &Vector2<f64>, way: f64) -> impl Iterator<Item = &Vector2<f64>> {
         let rounding = PLACE * (at.norm() + way);

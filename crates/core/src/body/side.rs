@@ -9,7 +9,7 @@ use crate::body::posture::Posture;
 use crate::body::terrain::Piece;
 use crate::error::Error;
 use crate::math::extents::Extent;
-use crate::math::turn::Turn;
+use crate::math::turn::{Turn, turned};
 use crate::tolerance::{PLACE, TOUCH};
 
 /// A corner of the ground that touches a side between its ends.
@@ -22,11 +22,6 @@ pub(crate) struct TouchedSide {
     /// Its axes and arm in this configuration: t along the side with the body on its left, n into the body. As long as nothing turns it is
     /// a contact point of the body on a line.
     pub(crate) geometry: ContactGeometry,
-}
-
-/// A vector after this turn.
-pub(crate) fn turned(turn: &Turn, v: Vector2<f64>) -> Vector2<f64> {
-    v + Vector2::new(-v.y, v.x) * turn.sin - v * turn.one_minus_cos
 }
 
 impl Posture {
@@ -83,7 +78,10 @@ impl Posture {
         let far = outline.radius
             + TOUCH * outline.radius
             + 4.0 * PLACE * (center.norm() + outline.radius);
-        for &corner in self.ground_corners().near(&center, far) {
+        let limits = Extent::of([center]).grown(far);
+        let near = outline.near(center, &Turn::by(q.z), far - outline.radius);
+        let corners = self.ground_corners();
+        for &corner in corners.of_which(|place| limits.meets(place) && near(place)) {
             let place = center.norm() + corner.norm() + outline.radius;
             let touch = (TOUCH * outline.radius).max(PLACE * place);
             if (corner - center).norm() > outline.radius + touch {

@@ -17,10 +17,11 @@
 use smallvec::SmallVec;
 
 use crate::body::contact::ContactValues;
-use crate::impact::friction::Party;
+use crate::impact::friction::{Material, Party};
 use crate::impact::pivoting;
 use crate::math::least_distance::nearest;
-use crate::tolerance::{DEPENDENT_IMPULSES, ONE_VELOCITY, WITHIN_LAW};
+use crate::math::mass_vector::{Coordinates, MassVector};
+use crate::tolerance::{DEPENDENT_IMPULSES, ON_A_LINE, ONE_VELOCITY, WITHIN_LAW};
 
 /// Largest number of contacts whose words are all tried: 700 words of a body, with three coordinates, and 4⁸ of a mechanism.
 const MOST_TRIED: usize = 8;
@@ -62,6 +63,50 @@ pub(crate) fn all_closed(
         all.filter(move |(_, (h, u))| *h == 0.0 && takes_part(*u)).map(|(i, _)| i)
     };
     closed(|u| u < 0.0).chain(closed(|u| u == 0.0)).collect()
+}
+
+/// Of many contacts those that make the impact, with the same velocities after it. `rows`: (tangential, normal) of each, in the metric of the mass.
+///
+/// Let contacts of one material have one tangential row, and normal rows N_j = w_j N_i + (1 − w_j) N_k with 0 ≤ w_j ≤ 1, as the feet of a straight
+/// sole on one line of ground. Then the same holds for ξ_n,j, which is positive where those of the two outer contacts i and k are, and ξ_t is one
+/// for all. Impulses of the inner contacts, which are in the friction cone with the sign of one slip, act as impulses w_j P_j and (1 − w_j) P_j of
+/// the outer ones do; where an inner contact has an impulse, ξ_n,j = 0, so that both outer contacts have ξ_n = 0 or the weight 0.
+///
+/// Of each inner contact the two outer ones; `None`: it is no inner one. Of a few contacts none is an inner one.
+pub(crate) fn between(
+    materials: &[Material],
+    rows: &[Coordinates],
+) -> ContactValues<Option<[usize; 2]>> {
+    let mut between = ContactValues::from_elem(None, materials.len());
+    if materials.len() <= MOST_TRIED {
+        return between;
+    }
+    let mut taken = ContactValues::from_elem(false, materials.len());
+    for i in 0..materials.len() {
+        let [tangent, normal] = [&rows[2 * i], &rows[2 * i + 1]];
+        let near = ON_A_LINE * (tangent.norm() + normal.norm());
+        let alike = |j: &usize| {
+            !taken[*j]
+                && materials[*j] == materials[i]
+                && rows[2 * j].plus(tangent, -1.0).norm() <= near
+        };
+        let step = |j: usize| rows[2 * j + 1].plus(normal, -1.0);
+        let alike: ContactValues<usize> = (i..materials.len()).filter(alike).collect();
+        let far = alike.iter().copied().max_by(|&j, &k| step(j).norm().total_cmp(&step(k).norm()));
+        let Some(way) = far.map(step).filter(|way| way.norm() > near) else { continue };
+        let way = way.divided(way.norm());
+        let place = |j: usize| way.dot(&step(j));
+        let is_on = |j: &usize| step(*j).plus(&way, -place(*j)).norm() <= near;
+        let line: ContactValues<usize> = alike.iter().copied().filter(is_on).collect();
+        let by_place = |j: &&usize, k: &&usize| place(**j).total_cmp(&place(**k));
+        let ends = [line.iter().min_by(by_place), line.iter().max_by(by_place)];
+        let [Some(&first), Some(&last)] = ends else { continue };
+        for j in line {
+            taken[j] = true;
+            between[j] = (j != first && j != last).then_some([first, last]);
+        }
+    }
+    between
 }
 
 /// The law for these contacts. `w`: entries of the impact matrix, contact by contact (tangential, normal), per unit of impulse;

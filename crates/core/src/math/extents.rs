@@ -38,7 +38,7 @@ impl Extent {
     }
 
     /// Whether two boxes have a point in common; true if a number is undefined.
-    fn meets(&self, other: &Self) -> bool {
+    pub(crate) fn meets(&self, other: &Self) -> bool {
         let apart = |k: usize| self.low[k] > other.high[k] || self.high[k] < other.low[k];
         !(apart(0) || apart(1))
     }
@@ -55,7 +55,7 @@ impl Extent {
     }
 
     /// The largest way·(p − from) of its points, in m.
-    fn farthest(&self, way: &Vector2<f64>, from: &Vector2<f64>) -> f64 {
+    pub(crate) fn farthest(&self, way: &Vector2<f64>, from: &Vector2<f64>) -> f64 {
         let end = |k: usize| if way[k] < 0.0 { self.low[k] } else { self.high[k] };
         way.dot(&(Vector2::new(end(0), end(1)) - from))
     }
@@ -66,35 +66,52 @@ impl Extent {
 pub(crate) struct ExtentTree {
     nodes: Vec<Extent>,
     first: usize,
+    count: usize,
 }
 
 impl ExtentTree {
     pub(crate) fn new(things: impl ExactSizeIterator<Item = Extent>) -> Self {
-        let first = things.len().next_power_of_two();
+        let count = things.len();
+        let first = count.next_power_of_two();
         let mut nodes = vec![Extent::NOTHING; 2 * first];
-        nodes.splice(first..first + things.len(), things);
+        nodes.splice(first..first + count, things);
         for k in (1..first).rev() {
             nodes[k] = nodes[2 * k].with(&nodes[2 * k + 1]);
         }
-        Self { nodes, first }
+        Self { nodes, first, count }
     }
 
     /// The numbers of the things whose boxes meet this one, in order.
     pub(crate) fn meeting(&self, limits: Extent) -> impl Iterator<Item = usize> + use<'_> {
+        self.of_which(move |extent| extent.meets(&limits))
+    }
+
+    /// The numbers of the things whose boxes may have a property that all boxes around them share, in order.
+    pub(crate) fn of_which<F: Fn(&Extent) -> bool>(
+        &self,
+        may: F,
+    ) -> impl Iterator<Item = usize> + use<'_, F> {
         let mut left: SmallVec<[usize; 32]> = SmallVec::new();
-        left.extend((self.nodes.len() > 1).then_some(1));
+        left.extend((self.count > 0).then_some(1));
         std::iter::from_fn(move || {
             while let Some(k) = left.pop() {
-                if !self.nodes[k].meets(&limits) {
+                if !may(&self.nodes[k]) {
                     continue;
                 }
                 if k >= self.first {
                     return Some(k - self.first);
                 }
-                left.extend([2 * k + 1, 2 * k]);
+                // The last nodes enclose nothing.
+                left.extend([2 * k + 1, 2 * k].into_iter().filter(|k| self.holds(*k)));
             }
             None
         })
+    }
+
+    /// Whether node `k` encloses anything.
+    fn holds(&self, k: usize) -> bool {
+        let depth = self.first.ilog2() - k.ilog2();
+        k << depth < self.first + self.count
     }
 
     /// The least value of a thing, which is at least its distance from a point (m) up to rounding.
@@ -160,6 +177,8 @@ mod tests {
             }
             assert!(tree.meeting(Extent::PLANE).eq(0..count));
             assert_eq!(tree.meeting(Extent::NOTHING).count(), 0);
+            let unknown = Extent::of([Vector2::repeat(0.0)]).grown(f64::NAN);
+            assert!(tree.meeting(unknown).eq(0..count));
         }
     }
 

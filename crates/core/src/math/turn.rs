@@ -2,6 +2,8 @@
 
 use std::f64::consts::FRAC_PI_4;
 
+use nalgebra::Vector2;
+
 use crate::math::real::Ring;
 
 /// The three functions of an angle that a rotating arm needs, at one angle.
@@ -48,6 +50,11 @@ pub(crate) fn phase(omega: f64, t: f64) -> f64 {
     let turns = (product / WHOLE[0]).round();
     let left = turns.mul_add(-WHOLE[0], product);
     left + (rest - turns * WHOLE[1] - turns * WHOLE[2])
+}
+
+/// A vector after this turn.
+pub(crate) fn turned(turn: &Turn, v: Vector2<f64>) -> Vector2<f64> {
+    v + Vector2::new(-v.y, v.x) * turn.sin - v * turn.one_minus_cos
 }
 
 impl Turn {

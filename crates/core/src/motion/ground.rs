@@ -103,8 +103,8 @@ impl OnGround<'_, '_> {
     /// Flies on to the first corner of the ground that meets a side within `t` (s). Returns whether there is one.
     fn meets(&mut self, t: f64) -> bool {
         let Self { state, ground, log, edges, record, options, .. } = self;
-        let at = |t| state.flown(t);
-        let path = Path::new(&ground.posture, &at);
+        let at = |t| state.place_flown(t);
+        let path = Path::new(&ground.posture, &state.sides, &at);
         let time = |t| options.clock(log.clock.after(t));
         let fall = Some(state.fall);
         let Some(entry) = edges.entry(path, t, fall, time, &mut record.warnings) else {

@@ -3,9 +3,9 @@
 use crate::body::contact::ContactValues;
 use crate::collisions::log::names;
 use crate::impact::friction::{
-    self, NO_FRICTION, Party, plastic_jam, slides_in_impact, watch_energy,
+    self, Material, NO_FRICTION, Party, plastic_jam, slides_in_impact, watch_energy,
 };
-use crate::impact::together::{NONE_TOGETHER, SEVERAL, Together, all_closed, together};
+use crate::impact::together::{NONE_TOGETHER, SEVERAL, all_closed, between, together};
 use crate::math::clock::Clock;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::motion::driver::Driver;
@@ -13,6 +13,7 @@ use crate::motion::moving::Moving;
 use crate::motion::record::ListedImpact;
 use crate::options::{Impact, Jams, Simultaneous};
 use crate::outcome::{Cause, ContactNumber, Outcome};
+use crate::tolerance::WITHIN_LAW;
 
 /// The warning of a run whose impacts of one instant become ever faster.
 const RUN_AWAY: &str = "the law of impact makes impacts of one instant ever faster, and no motion follows: with other restitution, or with \"poisson\" or \"stronge\", a run can go on";
@@ -177,8 +178,29 @@ impl Driver<'_> {
             .flat_map(|&i| [true, false].map(|tangential| self.state.row(i, tangential)))
             .collect();
         let dimensions = rows.first()?.len();
-        let Together { impulses, hit: is_hit, several } =
-            together(&parties, |k, l| rows[k].dot(&rows[l]), dimensions)?;
+        let materials: ContactValues<Material> = parties.iter().map(|p| p.material).collect();
+        let between = between(&materials, &rows);
+        let outer: ContactValues<usize> =
+            (0..hit.len()).filter(|&k| between[k].is_none()).collect();
+        let own: ContactValues<Party> = outer.iter().map(|&k| parties[k]).collect();
+        let row = |k: usize| &rows[2 * outer[k / 2] + k % 2];
+        let found = together(&own, |k, l| row(k).dot(row(l)), dimensions)?;
+        let mut impulses = ContactValues::from_elem([0.0; 2], hit.len());
+        let mut is_hit = ContactValues::from_elem(false, hit.len());
+        for (k, &party) in outer.iter().enumerate() {
+            (impulses[party], is_hit[party]) = (found.impulses[k], found.hit[k]);
+        }
+        let several = found.several;
+        for k in (0..hit.len()).filter(|&k| between[k].is_some()) {
+            // ξ of a contact between others, with the size of its terms.
+            let [_, need] = parties[k].needs();
+            let (mut xi, mut terms) = (need, need.abs());
+            for (l, impulse) in impulses.iter().flatten().enumerate() {
+                let term = rows[2 * k + 1].dot(&rows[l]) * impulse;
+                (xi, terms) = (xi + term, terms + term.abs());
+            }
+            is_hit[k] = xi.abs() <= WITHIN_LAW * terms;
+        }
         if several {
             self.warn_once(SEVERAL.into());
         }

@@ -277,12 +277,7 @@ impl Moving {
     /// Row of the sliding speed (`tangential`) or of the gap rate of a contact, in the metric of the mass.
     pub(crate) fn row(&self, i: usize, tangential: bool) -> Coordinates {
         match self {
-            Self::Turning(body) => {
-                let p = &body.points[i];
-                let (along, turn) =
-                    if tangential { (p.tangent, -p.touching_c()) } else { (p.normal, p.b) };
-                Coordinates::of_three([along.x, along.y, turn / body.rho2.sqrt()])
-            }
+            Self::Turning(body) => body.row(i, tangential),
             Self::Frozen(rows) if tangential => rows.space().tangent(i).clone(),
             Self::Frozen(rows) => rows.space().normal_row(i).clone(),
         }

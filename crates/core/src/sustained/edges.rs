@@ -18,10 +18,10 @@ use nalgebra::Vector2;
 
 use crate::body::outline::Outline;
 use crate::body::posture::{Corners, Posture};
-use crate::body::side::turned;
+use crate::collisions::log::{Center, Spin};
 use crate::math::extents::Extent;
 use crate::math::roots::bracketed;
-use crate::math::turn::Turn;
+use crate::math::turn::{Turn, turned};
 use crate::options::{Edges, Options};
 use crate::sustained::BodyState;
 use crate::sustained::side::SideContact;
@@ -41,8 +41,10 @@ pub(crate) struct EdgeWatch {
 #[derive(Clone, Copy)]
 pub(crate) struct Path<'a> {
     posture: &'a Posture,
-    /// The body a time after the start, in s.
-    at: &'a dyn Fn(f64) -> BodyState,
+    /// The corners of the ground that are contacts on sides.
+    sides: &'a [SideContact],
+    /// The centre of mass and the rotation of the body a time after the start, in s.
+    at: &'a dyn Fn(f64) -> (Center, Spin),
 }
 
 /// A corner of the ground at an instant, in the axes of the body.
@@ -103,7 +105,8 @@ impl EdgeWatch {
         let Some(outline) = posture.outline().filter(|_| !self.corners.all.is_empty()) else {
             return true;
         };
-        let (path, way) = (Path { posture, at: &|_| body.clone() }, way(outline.radius));
+        let (at, way) = (|_| body.place(), way(outline.radius));
+        let path = Path::standing(posture, &at);
         let center = posture.center() + body.center.r;
         self.corners.near(&center, outline.radius + way).all(|corner| {
             let p = path.see(corner, 0.0).p;
@@ -141,14 +144,15 @@ impl EdgeWatch {
         }
         let near = path.neighbourhood(dt, outline.radius);
         let corners = self.corners.clone();
-        let held = (path.at)(0.0).sides;
+        let held = path.sides;
         let origin = Vector2::from(path.posture.fields().center_of_mass);
         let is_at = |on: &&SideContact, corner: &Vector2<f64>| on.corner == corner - origin;
         // A corner that is a contact on a side stays in front of this side: it cannot lie in a convex body.
         let watched = |corner: &&Vector2<f64>| {
             !(outline.is_convex && held.iter().any(|on| is_at(&on, corner)))
         };
-        let near = corners.within(near).filter(watched);
+        let reached = path.reached(outline, dt);
+        let near = corners.of_which(|place| near.meets(place) && reached(place)).filter(watched);
         let mut entries: Vec<Entry> = near
             .filter_map(|corner| path.entry(outline, corner, dt))
             .filter(|entry| {
@@ -169,7 +173,8 @@ impl EdgeWatch {
 
     /// Returns true if a corner that has not entered it lies in this body.
     pub(crate) fn is_inside(&self, posture: &Posture, body: &BodyState) -> bool {
-        let path = Path { posture, at: &|_| body.clone() };
+        let at = |_| body.place();
+        let path = Path::standing(posture, &at);
         let center = posture.center() + body.center.r;
         let inside = |outline: &Outline| {
             let mut near = self.corners.near(&center, outline.radius);
@@ -196,13 +201,37 @@ impl Entry {
 }
 
 impl<'a> Path<'a> {
-    pub(crate) fn new(posture: &'a Posture, at: &'a dyn Fn(f64) -> BodyState) -> Self {
-        Self { posture, at }
+    pub(crate) fn new(
+        posture: &'a Posture,
+        sides: &'a [SideContact],
+        at: &'a dyn Fn(f64) -> (Center, Spin),
+    ) -> Self {
+        Self { posture, sides, at }
+    }
+
+    /// A body that does not move.
+    fn standing(posture: &'a Posture, at: &'a dyn Fn(f64) -> (Center, Spin)) -> Self {
+        Self { posture, sides: &[], at }
+    }
+
+    /// Whether things in a box may come to a convex body within this time: they do not if the line of a side separates them by more than any
+    /// point of the body moves.
+    fn reached(&self, outline: &Outline, dt: f64) -> impl Fn(&Extent) -> bool + use<> {
+        let [start, middle, end] = [0.0, 0.5 * dt, dt].map(|t| (self.at)(t));
+        let hull = control_points(dt, [start.0.r, start.0.v], [end.0.r, end.0.v]);
+        let moved = hull.iter().map(|p| (p - start.0.r).norm()).fold(0.0, f64::max);
+        let spins = [start, middle, end].map(|(_, spin)| spin.omega.abs());
+        let turned = MEASURED_ERROR * dt * spins.into_iter().fold(0.0, f64::max);
+        let center = self.posture.center() + start.0.r;
+        let rounding = PLACE * (center.norm() + outline.radius);
+        let way =
+            moved + error(&hull, &middle.0.r) + outline.radius * turned + outline.depth + rounding;
+        outline.near(center, &Turn::by(start.1.theta), way)
     }
 
     /// Where the body is within this time.
     fn neighbourhood(&self, dt: f64, radius: f64) -> Extent {
-        let [start, middle, end] = [0.0, 0.5 * dt, dt].map(|t| (self.at)(t).center);
+        let [start, middle, end] = [0.0, 0.5 * dt, dt].map(|t| (self.at)(t).0);
         let hull = control_points(dt, [start.r, start.v], [end.r, end.v]);
         let margin = radius + error(&hull, &middle.r);
         let center = self.posture.center();
@@ -212,7 +241,7 @@ impl<'a> Path<'a> {
 
     /// The time from which on a body with this acceleration is beyond these corners for good; one turn for a body that only turns.
     fn passed(&self, corners: &Corners, radius: f64, acceleration: Vector2<f64>) -> f64 {
-        let BodyState { center, spin, .. } = (self.at)(0.0);
+        let (center, spin) = (self.at)(0.0);
         let pull = acceleration.norm();
         let way = if pull > 0.0 { acceleration } else { center.v }.try_normalize(0.0);
         let Some(way) = way else {
@@ -226,7 +255,7 @@ impl<'a> Path<'a> {
     }
 
     fn see(&self, corner: &Vector2<f64>, t: f64) -> Seen {
-        let BodyState { center, spin, .. } = (self.at)(t);
+        let (center, spin) = (self.at)(t);
         let turn = Turn::by(-spin.theta);
         let back = |v: Vector2<f64>| turned(&turn, v);
         let from = Vector2::from(self.posture.fields().center_of_mass) + center.r - corner;

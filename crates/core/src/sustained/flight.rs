@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::body::contact::ContactValues;
+use crate::collisions::log::{Center, Spin};
 use crate::flight::{GapArc, parabola_touchdown};
 use crate::math::turn::Turn;
 use crate::sustained::{BodyState, ContactState, Rounding};
@@ -196,6 +197,19 @@ impl BodyState {
         below.touchdown_before(limit.min(last))
     }
 
+    /// The centre of mass and the rotation.
+    pub(crate) fn place(&self) -> (Center, Spin) {
+        (self.center, self.spin)
+    }
+
+    /// The same after a flight of `dt`.
+    pub(crate) fn place_flown(&self, dt: f64) -> (Center, Spin) {
+        let (mut center, mut spin) = self.place();
+        spin.theta += self.spin.omega * dt;
+        center.fall(self.fall, dt);
+        (center, spin)
+    }
+
     /// The state after a flight of `dt`.
     pub(crate) fn flown(&self, dt: f64) -> Self {
         let mut after = self.clone();
@@ -217,8 +231,7 @@ impl BodyState {
             p.u = arc.rate_turned(dt, &turn);
             (p.b, p.c) = was.turned(&turn);
         }
-        after.spin.theta += self.spin.omega * dt;
-        after.center.fall(self.fall, dt);
+        (after.center, after.spin) = self.place_flown(dt);
         if !self.sides.is_empty() {
             after.fly_sides(self, dt);
         } else if self.turns() {

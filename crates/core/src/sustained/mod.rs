@@ -42,6 +42,7 @@ use crate::body::terrain::{Piece, Place};
 use crate::collisions::log::{Center, Spin};
 use crate::impact::friction::{Material, Matrix};
 use crate::math::clock::Clock;
+use crate::math::mass_vector::Coordinates;
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::Mode;
@@ -290,6 +291,13 @@ impl BodyState {
 }
 
 impl BodyState {
+    /// Row of the sliding speed (`tangential`) or of the gap rate of a contact, in the metric of the mass.
+    pub(crate) fn row(&self, i: usize, tangential: bool) -> Coordinates {
+        let p = &self.points[i];
+        let (along, turn) = if tangential { (p.tangent, -p.touching_c()) } else { (p.normal, p.b) };
+        Coordinates::of_three([along.x, along.y, turn / self.rho2.sqrt()])
+    }
+
     /// Impact matrix of a contact, per unit mass.
     pub(crate) fn impact_matrix(&self, i: usize) -> Matrix {
         self.matrix_at(i, self.points[i].touching_c())

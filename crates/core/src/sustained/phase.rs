@@ -8,7 +8,10 @@ use crate::body::contact::{ContactLetters, ContactValues};
 use crate::body::posture::Posture;
 use crate::collisions::log::Log;
 use crate::error::{Error, LARGEST};
+use crate::impact::friction::Material;
+use crate::impact::together::between;
 use crate::math::clock::Clock;
+use crate::math::mass_vector::Coordinates;
 use crate::modes::{
     ContactProblem, Forces, LONGEST_ARM, Method, Mode, ProblemFields, Row, contact_modes,
     only_mode, scale,
@@ -456,7 +459,10 @@ impl<'a> ContactPhase<'a> {
             }
             self.body.next_order(&only, &self.ways, &mut search);
         } else {
-            let asked = self.body.problem(self.mass, &self.ways);
+            let inner = self.between();
+            let outer = |i: usize| self.ways[i].filter(|_| inner[i].is_none());
+            let ways: ContactValues<Option<i8>> = (0..self.ways.len()).map(outer).collect();
+            let asked = self.body.problem(self.mass, &ways);
             let solved = asked.and_then(|problem| {
                 contact_modes(&problem, Method::Enumerate).map(|modes| (problem, modes))
             });
@@ -464,10 +470,19 @@ impl<'a> ContactPhase<'a> {
                 self.warnings.push(format!("the contact modes could not be solved: {error}"));
                 Outcome::EventLimit
             })?;
-            problem = Some(asked);
+            problem = Some(asked).filter(|_| inner.iter().all(Option::is_none));
             for answer in modes.consistent() {
                 let &[ax, ay, turn] = &answer.acceleration[..] else { continue };
-                let one = Onward::same(answer.word.modes().collect(), [ax, ay, turn]);
+                let mut word: ContactLetters<Mode> = answer.word.modes().collect();
+                for (i, outer) in inner.iter().enumerate() {
+                    // What two contacts do between which it is.
+                    if let Some([one, other]) = *outer
+                        && word[one] == word[other]
+                    {
+                        word[i] = word[one];
+                    }
+                }
+                let one = Onward::same(word, [ax, ay, turn]);
                 if self.is_open(&one) {
                     self.body.next_order(&one, &self.ways, &mut search);
                 } else {
@@ -485,6 +500,24 @@ impl<'a> ContactPhase<'a> {
                 Err(if none { Outcome::Inconsistent } else { Outcome::Ambiguous })
             }
         }
+    }
+
+    /// Of each closed contact that is between two others, with which it is held or not, these.
+    fn between(&self) -> ContactValues<Option<[usize; 2]>> {
+        let closed: ContactValues<usize> =
+            (0..self.ways.len()).filter(|&i| self.ways[i].is_some()).collect();
+        let mut found = ContactValues::from_elem(None, self.ways.len());
+        let materials: ContactValues<Material> =
+            closed.iter().map(|&i| self.body.points[i].material()).collect();
+        let rows: ContactValues<Coordinates> =
+            closed.iter().flat_map(|&i| [true, false].map(|t| self.body.row(i, t))).collect();
+        for (k, outer) in between(&materials, &rows).iter().enumerate() {
+            let outer = outer.map(|outer| outer.map(|k| closed[k]));
+            let alike =
+                |outer: &[usize; 2]| outer.iter().all(|&j| self.ways[j] == self.ways[closed[k]]);
+            found[closed[k]] = outer.filter(alike);
+        }
+        found
     }
 
     /// Returns true if the next order of the motion may change this word.
@@ -668,9 +701,10 @@ impl<'a> ContactPhase<'a> {
             let way = t * (body.center.v.norm() + t * libm::hypot(ax, ay));
             // A body that is farther away than any bound has no further event either.
             let endless = t == f64::INFINITY || way > DEPARTED;
-            let (at, free) = (|t| step.at(body, t), endless.then_some(Vector2::new(ax, ay)));
+            let (at, free) =
+                (|t| step.at(body, t).place(), endless.then_some(Vector2::new(ax, ay)));
             let clock = |t| self.options.clock(log.clock.after(t));
-            let path = Path::new(posture, &at);
+            let path = Path::new(posture, &body.sides, &at);
             if let Some(entry) = edges.entry(path, t, free, clock, &mut self.warnings) {
                 *body = step.at(body, entry.t);
                 log.clock = log.clock.after(entry.t);

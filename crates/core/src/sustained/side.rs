@@ -15,11 +15,10 @@ use nalgebra::Vector2;
 
 use crate::body::outline::Side;
 use crate::body::posture::Posture;
-use crate::body::side::turned;
 use crate::body::terrain::Place;
 use crate::flight::parabola_touchdown;
 use crate::math::roots::bracketed;
-use crate::math::turn::Turn;
+use crate::math::turn::{Turn, turned};
 use crate::sustained::{BodyState, ContactState, Rounding};
 
 /// Most steps in the search for a touchdown. A touchdown after so many is found when the corner enters the body.
