@@ -62,7 +62,7 @@ python:
 # runs one of them.
 LONG := $(BIN)/python -m pytest -q -n 2 --dist worksteal
 CAMPAIGNS := long-rust long-files long-oracle long-symmetry long-relations long-together long-middle long-bounces long-fuzz \
-	long-kicks long-vertices long-friction long-modes long-walls long-ground long-stability long-cut long-joints long-sides long-films
+	long-kicks long-sensitivity long-vertices long-friction long-modes long-walls long-ground long-stability long-cut long-joints long-sides long-films
 .PHONY: $(CAMPAIGNS)
 long: $(CAMPAIGNS)
 long $(CAMPAIGNS): EXTRA := test
@@ -83,7 +83,7 @@ long-together:
 	STANDFAST_TOGETHER=10000 STANDFAST_FLAT_DROPS=2000 STANDFAST_STACKS=1000 STANDFAST_SHAFTS=2000 $(LONG) \
 		tests/motion/test_together.py tests/motion/test_shafts.py
 long-middle:
-	STANDFAST_MIDDLE_FEET=1000 $(LONG) tests/motion/test_middle_foot.py
+	STANDFAST_MIDDLE_FEET=1000 STANDFAST_ROWS_OF_FEET=2000 $(LONG) tests/motion/test_middle_foot.py
 long-bounces:
 	STANDFAST_TIES=10000 STANDFAST_FLUSH_HITS=2000 STANDFAST_ZERO_KICKS=20000 STANDFAST_BOUNCES=2000 $(LONG) \
 		tests/motion/test_ties.py tests/motion/test_kicks_at_events.py tests/motion/test_bounces.py
@@ -92,6 +92,8 @@ long-fuzz:
 		tests/motion/test_fuzz_scenes.py tests/terrain/test_terrain.py tests/motion/test_endless.py
 long-kicks:
 	STANDFAST_STANCES=3000 STANDFAST_STABILITY_POSTURES=500 STANDFAST_KICKED_POSTURES=500 $(LONG) tests/stability/test_stability.py
+long-sensitivity:
+	STANDFAST_SENSITIVITY=500 $(LONG) tests/motion/test_sensitivity.py
 long-vertices:
 	STANDFAST_CONVEX_BODIES=2000 STANDFAST_VERTICES=1000 STANDFAST_VERTICES_STEPPED=50 $(LONG) \
 		tests/terrain/test_convex_vertices.py tests/terrain/test_vertices.py
@@ -104,8 +106,8 @@ long-walls:
 	STANDFAST_WALL_SCENES=20000 STANDFAST_THROWS=5000 STANDFAST_EDGE_RUNS=3000 STANDFAST_STAIRS=3000 $(LONG) \
 		tests/terrain/test_walls.py tests/terrain/test_shapes.py tests/terrain/test_edges.py
 long-ground:
-	STANDFAST_SIDES_TERRAINS=1400 STANDFAST_SIDES_POINTS=100 STANDFAST_TOUCHING_SCENES=10000 $(LONG) \
-		tests/terrain/test_ground_sides.py tests/terrain/test_touching.py
+	STANDFAST_SIDES_TERRAINS=1400 STANDFAST_SIDES_POINTS=100 STANDFAST_TOUCHING_SCENES=10000 STANDFAST_REACH=1000 $(LONG) \
+		tests/terrain/test_ground_sides.py tests/terrain/test_touching.py tests/terrain/test_reach.py
 long-stability:
 	STANDFAST_WALL_STANCES=3000 STANDFAST_WALL_KICKED=150 STANDFAST_VERDICTS=2000 STANDFAST_EXISTENCE=20000 STANDFAST_DRIFT=20000 \
 		STANDFAST_CERTIFICATES=2000 STANDFAST_FEET=400 STANDFAST_FEET_EVENTS=1000 STANDFAST_WELLS=60 STANDFAST_JAMS=1000 \

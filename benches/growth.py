@@ -1,5 +1,5 @@
-"""Growth of the cost with the work: number of runs, number of contacts, restitution towards 1, and closeness to the bound of clattering
-convergence. Runs whose end is not determined, because rounding errors have grown to the size of the body, have open marks.
+"""Growth of the cost with the work: number of runs, number of contacts, feet of a sole, vertices of the ground, restitution towards 1, and
+closeness to the bound of clattering convergence. Runs whose end is not determined, because rounding errors have grown to the size of the body, have open marks.
 `python benches/growth.py` writes docs/growth.png and docs/growth.csv; times are medians of calls from Python."""
 
 import csv
@@ -73,6 +73,50 @@ def contacts():
         yield "first Zeno point", count, took
 
 
+def feet():
+    """A sole with n feet on one line, dropped with a tilt, to rest: time per impact."""
+    for count in (2, 3, 4, 6, 8, 9, 12, 16, 24, 32, 48, 64):
+        body = sf.Posture(
+            mass=1,
+            gyration_radius=0.3,
+            center_of_mass=(0, 0.4),
+            contacts=[
+                sf.Contact(point=(x, 0.0), friction=0.3)
+                for x in np.linspace(-0.5, 0.5, count)
+            ],
+            restitution=0.5,
+        )
+        start = {"q": (0, 0.5, 0.2), "qdot": (0.3, 0, 0.5), "record": False}
+        impacts = sf.simulate(body, **start).collisions
+        yield "feet on one line", count, seconds(sf.simulate, body, **start) / impacts
+
+
+def stairs(count):
+    """Level ground up to x = 20 m, and stairs down from there: `count` vertices."""
+    down = [
+        (20.0 + 0.1 * ((k + 1) // 2), -0.1 * ((k + 2) // 2)) for k in range(count - 2)
+    ]
+    return [(-50.0, 0.0), (20.0, 0.0), *down]
+
+
+def hill(count):
+    """A hill of `count` vertices, y = −x²/50, fine beside the body."""
+    return [(x, -0.02 * x * x) for x in np.linspace(-5, 5, count)]
+
+
+def vertices():
+    """A box on ground with n vertices: beside stairs that it never reaches, and on a fine hill. Time per impact."""
+    start = {"q": (0, 0.5, 0.2), "qdot": (0.3, 0, 0.5), "record": False}
+    for name, ground in (("out of reach", stairs), ("under the body", hill)):
+        for count in (4, 8, 16, 32, 64, 128, 256, 512, 1000):
+            options = start | {"time_limit": 2.0 if ground is stairs else 0.8}
+            body = sf.Posture.box(
+                1, 0.6, restitution=0.5, friction=0.4, terrain=ground(count)
+            )
+            impacts = sf.simulate(body, **options).collisions
+            yield name, count, seconds(sf.simulate, body, **options) / impacts
+
+
 def restitutions():
     """A rod up to its first Zeno point, as a function of 1 − e."""
     for loss in 10.0 ** np.arange(-0.25, -3.6, -0.25):
@@ -85,7 +129,11 @@ def restitutions():
             }
             until = sf.simulate(body, **START, **options).determined_until
             name = model if until is None else f"{model}, end not determined"
-            yield name, loss, seconds(sf.simulate, body, **START, record=False, **options)
+            yield (
+                name,
+                loss,
+                seconds(sf.simulate, body, **START, record=False, **options),
+            )
 
 
 def closeness():
@@ -104,7 +152,9 @@ def closeness():
 
 PANELS = [
     (runs, "runs at once, to rest", "runs", "time of one run, s"),
-    (contacts, "contacts", "contacts", "time of a run, s"),
+    (contacts, "contacts on an arc", "contacts", "time of a run, s"),
+    (feet, "feet of a sole", "feet", "time of an impact, s"),
+    (vertices, "vertices of the ground", "vertices", "time of an impact, s"),
     (restitutions, "restitution towards 1", "1 − e", "time of a run, s"),
     (
         closeness,
@@ -117,7 +167,8 @@ PANELS = [
 
 def main():
     matplotlib.use("agg")
-    figure, axes = plt.subplots(1, len(PANELS), figsize=(17, 4.2), layout="constrained")
+    figure, axes = plt.subplots(2, 3, figsize=(14, 8.2), layout="constrained")
+    axes = axes.ravel()
     rows = []
     for axis, (measure, title, x, y) in zip(axes, PANELS, strict=False):
         lines = {}
@@ -141,7 +192,7 @@ def main():
         axis.grid(True, color="#ECECEC", linewidth=0.6)
         if len(lines) > 1:
             axis.legend(fontsize=9)
-    for axis in axes[2:]:
+    for axis in axes[4:]:
         axis.invert_xaxis()
     figure.savefig(DOCS / "growth.png", dpi=110)
     with (DOCS / "growth.csv").open("w", newline="") as file:

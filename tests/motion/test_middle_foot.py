@@ -102,3 +102,41 @@ def test_middle_feet_do_not_change_the_first_accumulation():
         assert closed == contacts, (k, ends)
         same += 1
     assert same > 0.8 * SCENES
+
+
+ROWS = int(os.environ.get("STANDFAST_ROWS_OF_FEET", "30"))
+
+
+def sole(places, friction, restitution, height):
+    return sf.Posture(
+        mass=1,
+        gyration_radius=0.3,
+        center_of_mass=(0, height),
+        contacts=[sf.Contact(point=(x, 0.0), friction=friction) for x in places],
+        restitution=restitution,
+    )
+
+
+def test_a_row_of_many_feet_moves_as_its_outer_feet():
+    """All inner feet are between the two outer ones, in impacts and in modes: the motion to rest is that on two feet."""
+    for k in range(ROWS):
+        rng = np.random.default_rng([k, 9])
+        count = int(rng.integers(9, 40))
+        places = np.sort(rng.uniform(-0.6, 0.6, count))
+        friction, restitution = rng.choice([0.1, 0.4, 0.9]), rng.uniform(0, 0.6)
+        height = rng.uniform(0.2, 0.6)
+        start = (0, rng.uniform(0.3, 0.6), rng.uniform(-0.3, 0.3))
+        kick = rng.uniform(-1, 1, 3) * [0.6, 0.3, 0.6]
+        one, two = (
+            sf.simulate(
+                sole(feet, friction, restitution, height), start, kick, time_limit=4
+            )
+            for feet in (places, places[[0, -1]])
+        )
+        assert one.outcome == two.outcome
+        known = 1e-12 + 100 * (one.time_error + two.time_error)
+        assert one.time == pytest.approx(two.time, rel=0, abs=known)
+        np.testing.assert_allclose(one.q, two.q, rtol=0, atol=known)
+        if one.outcome == "rest":
+            held = set(one.phases[-1].mode)
+            assert len(held) == 1

@@ -219,7 +219,9 @@ def test_a_chaotic_run_says_from_when_on_nothing_is_determined():
     run = chaotic()
     assert run.sensitivity > 1e16
     [warning] = run.warnings
-    assert warning.startswith(f"nothing is determined from {run.determined_until:.6f} s on")
+    assert warning.startswith(
+        f"nothing is determined from {run.determined_until:.6f} s on"
+    )
     assert run.time_error > 0.1 * run.time
     assert run.zeno_points[-1].time_error > 0.1 * run.time
     rod = sf.Posture.rod(0.5, gyration_radius=0.2, restitution=0.99)
@@ -259,7 +261,9 @@ def test_a_limit_ends_the_run_where_the_growth_exceeds_it():
         sensitivity_limit=1e6,
     )
     assert list(ends.outcome) == ["sensitivity-limit", "rest"]
-    with pytest.raises(ValueError, match="sensitivity_limit = 1.0 is outside its range: > 1"):
+    with pytest.raises(
+        ValueError, match="sensitivity_limit = 1.0 is outside its range: > 1"
+    ):
         chaotic(sensitivity_limit=1)
 
 

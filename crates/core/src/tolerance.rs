@@ -365,6 +365,10 @@ pub(crate) const ENERGY_GAIN: f64 = 1e-9;
 /// The same for slow motions after faster ones. Unit: ε times the largest speed so far. Range: 16 to 1e4.
 pub(crate) const GAIN_ROUNDINGS: f64 = 1e3;
 
+/// Difference of two rows of contacts that counts as rounding error: they are turned step by step between two computations from the angle. Unit:
+/// the length of both rows of a contact. A foot that is so near to a line has a gap of that size. Range: 32 ε to 1e-12.
+pub(crate) const ROWS_ALIKE: f64 = 256.0 * f64::EPSILON;
+
 /// Distance from a straight line through two contacts up to which another contact is on it. Unit: size of the body. Range: 2 ε to 32 ε.
 pub(crate) const ON_A_LINE: f64 = 8.0 * f64::EPSILON;
 

@@ -21,7 +21,7 @@ use crate::impact::friction::{Material, Party};
 use crate::impact::pivoting;
 use crate::math::least_distance::nearest;
 use crate::math::mass_vector::{Coordinates, MassVector};
-use crate::tolerance::{DEPENDENT_IMPULSES, ON_A_LINE, ONE_VELOCITY, WITHIN_LAW};
+use crate::tolerance::{DEPENDENT_IMPULSES, ONE_VELOCITY, ROWS_ALIKE, WITHIN_LAW};
 
 /// Largest number of contacts whose words are all tried: 700 words of a body, with three coordinates, and 4⁸ of a mechanism.
 const MOST_TRIED: usize = 8;
@@ -83,8 +83,11 @@ pub(crate) fn between(
     }
     let mut taken = ContactValues::from_elem(false, materials.len());
     for i in 0..materials.len() {
+        if taken[i] {
+            continue;
+        }
         let [tangent, normal] = [&rows[2 * i], &rows[2 * i + 1]];
-        let near = ON_A_LINE * (tangent.norm() + normal.norm());
+        let near = ROWS_ALIKE * (tangent.norm() + normal.norm());
         let alike = |j: &usize| {
             !taken[*j]
                 && materials[*j] == materials[i]

@@ -195,7 +195,8 @@ impl Driver<'_> {
             // ξ of a contact between others, with the size of its terms.
             let [_, need] = parties[k].needs();
             let (mut xi, mut terms) = (need, need.abs());
-            for (l, impulse) in impulses.iter().flatten().enumerate() {
+            let acts = |(_, impulse): &(usize, &f64)| **impulse != 0.0;
+            for (l, impulse) in impulses.iter().flatten().enumerate().filter(acts) {
                 let term = rows[2 * k + 1].dot(&rows[l]) * impulse;
                 (xi, terms) = (xi + term, terms + term.abs());
             }
