@@ -262,7 +262,7 @@ def test_a_limit_ends_the_run_where_the_growth_exceeds_it():
     )
     assert list(ends.outcome) == ["sensitivity-limit", "rest"]
     with pytest.raises(
-        ValueError, match="sensitivity_limit = 1.0 is outside its range: > 1"
+        ValueError, match=r"sensitivity_limit = 1\.0 is outside its range: > 1"
     ):
         chaotic(sensitivity_limit=1)
 

@@ -130,6 +130,12 @@ impl OnGround<'_, '_> {
         self.outer(j).is_some()
     }
 
+    /// Which points are between two others. Empty: none.
+    pub(super) fn followers(&self) -> ContactValues<bool> {
+        let count = if self.ground.lines.is_empty() { 0 } else { self.ground.contacts };
+        (0..count).map(|j| self.is_between(j)).collect()
+    }
+
     /// Closes the contacts between two others that are closed.
     pub(super) fn land_between(&mut self) {
         if self.ground.lines.is_empty() {

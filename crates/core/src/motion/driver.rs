@@ -672,6 +672,9 @@ impl<'a> Driver<'a> {
         phase.close(rests);
         self.cycles.drop(phase.dropped);
         self.state.set_body(phase.body.clone());
+        if let Some(ground) = self.on_ground() {
+            phase.follows = ground.followers();
+        }
         if let Some(outcome) = self.come_to_rest(rests, fresh) {
             return DriverStep::End(outcome);
         }

@@ -173,6 +173,8 @@ pub(crate) struct ContactPhase<'a> {
     size: f64,
     /// Sliding speed that counts as zero, in m/s.
     sliding_tolerance: f64,
+    /// Contacts between two others over one piece of ground, which land with these.
+    pub(crate) follows: ContactValues<bool>,
     /// The largest sliding speed that counted as zero, in m/s.
     pub(crate) dropped: f64,
     /// The smallest and the largest rotation in the last word, in rad.
@@ -239,6 +241,7 @@ impl<'a> ContactPhase<'a> {
             dropped: 0.0,
             turned: [0.0; 2],
             options,
+            follows: ContactValues::new(),
             word: ContactLetters::new(),
             undecided: None,
             acceleration: None,
@@ -592,7 +595,7 @@ impl<'a> ContactPhase<'a> {
                 _ => {}
             }
             // The bits of an event do not depend on the end of the run, or of its stage.
-            let (t, end) = step.first_event(body);
+            let (t, end) = step.first_event(body, &self.follows);
             let strike = |i: usize| Some((step.strike(body, i, posture, t)?, i));
             let strikes = (0..body.points.len()).filter_map(strike);
             let (t, end) = match strikes.min_by(|one, other| one.0.0.total_cmp(&other.0.0)) {

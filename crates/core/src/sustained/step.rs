@@ -704,8 +704,8 @@ impl Step {
         }
     }
 
-    /// The first event within the step, and its time in s.
-    pub(crate) fn first_event(&self, state: &BodyState) -> (f64, StepEnd) {
+    /// The first event within the step, and its time in s. `follows`: the contacts between two others, which land with these.
+    pub(crate) fn first_event(&self, state: &BodyState, follows: &[bool]) -> (f64, StepEnd) {
         let end = self.reach;
         let mut first = (end, StepEnd::Reach);
         if end < f64::INFINITY
@@ -756,6 +756,7 @@ impl Step {
             }
             match track.mode {
                 Mode::Separate if track.pinned || track.h[0] == f64::INFINITY => {}
+                Mode::Separate if follows.get(i) == Some(&true) => {}
                 Mode::Separate if state.points[i].depth > 0.0 => {
                     falls(&track.h.map(|c| -c), StepEnd::Surface(i));
                 }
@@ -994,7 +995,7 @@ mod tests {
             let (before, mut time) = (energy(&state), 0.0);
             loop {
                 let step = Step::new(&state, &[Mode::Separate, mode], ORDER).unwrap();
-                let (t, end) = step.first_event(&state);
+                let (t, end) = step.first_event(&state, &[]);
                 state = step.at(&state, t);
                 time += t;
                 assert!((energy(&state) - before).abs() < 4e-15 * before.abs());
