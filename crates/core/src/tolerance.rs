@@ -365,6 +365,13 @@ pub(crate) const ENERGY_GAIN: f64 = 1e-9;
 /// The same for slow motions after faster ones. Unit: ε times the largest speed so far. Range: 16 to 1e4.
 pub(crate) const GAIN_ROUNDINGS: f64 = 1e3;
 
+/// Bound of the rounding errors of the distance of a box and of a thing in it. Relative. Range: 1e-15 to 1e-3; a larger value costs time only.
+pub(crate) const BOX_DISTANCE: f64 = 1e-12;
+
+/// Distance from a piece of ground beyond which a point is not struck now: far more than its way in the rounding error of the clock. Unit: size
+/// of the body. Range: 1e-9 to 1; a larger value costs time only.
+pub(crate) const STRUCK_NEAR: f64 = 1e-3;
+
 /// Difference of two rows of contacts that counts as rounding error: they are turned step by step between two computations from the angle. Unit:
 /// the length of both rows of a contact. A foot that is so near to a line has a gap of that size. Range: 32 ε to 1e-12.
 pub(crate) const ROWS_ALIKE: f64 = 256.0 * f64::EPSILON;

@@ -3,8 +3,7 @@
 use nalgebra::Vector2;
 use smallvec::SmallVec;
 
-/// Bound of the rounding error of the distance of a box, and of a thing in it; relative.
-const DISTANCE_ROUNDING: f64 = 1e-12;
+use crate::tolerance::BOX_DISTANCE;
 
 /// A box with sides along the axes, in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -117,7 +116,7 @@ impl ExtentTree {
     /// The least value of a thing, which is at least its distance from a point (m) up to rounding.
     pub(crate) fn least(&self, at: &Vector2<f64>, value: impl Fn(usize) -> f64) -> f64 {
         let (mut least, mut left) = (f64::INFINITY, SmallVec::<[(usize, f64); 32]>::new());
-        let bound = |k: usize| self.nodes[k].distance(at) * (1.0 - DISTANCE_ROUNDING);
+        let bound = |k: usize| self.nodes[k].distance(at) * (1.0 - BOX_DISTANCE);
         left.extend((self.nodes.len() > 1).then_some((1, 0.0)));
         while let Some((k, nearest)) = left.pop() {
             if nearest > least {

@@ -13,8 +13,9 @@
 //! contacts held for τ     the difference of two motions in the same modes
 //! ```
 //!
-//! The start of the change is one direction, with equal parts in all coordinates and speeds, and signs that a mirror image shares. Growth turns it into the direction that grows
-//! fastest. Sums of impacts take off the part along the forces, as bounces in constant geometry do exactly.
+//! The start of the change is one direction, with equal parts in all coordinates and speeds, and signs that a mirror image shares. Growth
+//! turns it into the direction that grows fastest. Sums of impacts take off the part along the forces, as bounces in constant geometry do
+//! exactly.
 //!
 //! Rounding errors enter at every event. The error of the end is about ε times the sum of the growths from all events to the end.
 
@@ -40,7 +41,7 @@ use crate::tolerance::{
     SINGULAR_HOLD, SLOW_IMPACT, STILL,
 };
 
-/// A change of the state at one time, in the metric of the mass; its growth since the start, and the largest since any event.
+/// A change of the state at one time, in the metric of the mass.
 #[derive(Debug, Clone)]
 struct Change {
     way: Coordinates,
@@ -64,7 +65,8 @@ impl Change {
     }
 }
 
-/// An impact: the contact and the impulse (tangential, normal) per unit mass, and the rate before, in m/s.
+/// An impact: the contact; the impulse (tangential, normal) per unit mass or, of a plain impact, the change of the own rate; and the rate
+/// before; in m/s.
 struct Blow {
     contact: usize,
     impulse: Option<[f64; 2]>,
@@ -284,8 +286,7 @@ fn changed<'a>(rows: &'a [[Coordinates; 2]], i: usize, k: usize) -> Option<&'a C
 impl<'a> Walk<'a> {
     fn new(run: &'a Trajectory, start: &Moving, limit: f64) -> Option<Self> {
         let n = start.velocity().len();
-        let speed_now = in_metric(start, start.velocity()).norm();
-        let speed = speed_now;
+        let speed = in_metric(start, start.velocity()).norm();
         let (g, most) = (start.gravity(), start.points().map(|(h, _)| h).filter(|h| h.is_finite()));
         let length = match (run.posture(), start) {
             (Some(posture), _) => posture.size(),
@@ -302,14 +303,14 @@ impl<'a> Walk<'a> {
             Moving::Turning(_) => g,
             Moving::Frozen(rows) => rows.space().pull().norm(),
         };
-        let speed = if fall > 0.0 {
+        let unit = if fall > 0.0 {
             (fall * length).sqrt()
         } else if speed > 0.0 {
             speed
         } else {
             1.0
         };
-        let scale = Scale { length, speed };
+        let scale = Scale { length, speed: unit };
         let law = match &run.record.subject {
             subject if subject.posture().is_some() => {
                 run.options().acting(run.posture()?.frictions())
@@ -323,7 +324,7 @@ impl<'a> Walk<'a> {
             (0..start.count()).all(|i| start.material(i).in_impacts(law.impact).friction == 0.0);
         // Gaps, rates and the turn have small rounding errors in a small motion.
         let high = start.points().map(|(h, _)| h).filter(|h| h.is_finite()).fold(0.0, f64::max);
-        let high = high + 0.5 * speed_now * speed_now / fall;
+        let high = high + 0.5 * speed * speed / fall;
         let own = match run.posture() {
             Some(_) if high > 0.0 && high < f64::INFINITY => {
                 Scale { length: high, speed: (fall * high).sqrt() }

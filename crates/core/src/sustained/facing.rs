@@ -14,10 +14,7 @@ use crate::math::series::{product, shifted};
 use crate::modes::Mode;
 use crate::sustained::flight::next;
 use crate::sustained::{BodyState, ContactState, Rounding, Step};
-use crate::tolerance::{PLACE, TOUCH};
-
-/// Distance from a piece at which a point is not struck now, in sizes of the body: far more than the clock resolves of its way.
-const STRUCK_NEAR: f64 = 1e-3;
+use crate::tolerance::{PLACE, STRUCK_NEAR, TOUCH};
 
 /// Largest number of crossings of the line of a piece, without a hit, that are followed.
 const CROSSINGS: usize = 64;
