@@ -279,7 +279,7 @@ fn centripetal(state: &Moving, i: usize) -> [f64; 2] {
 }
 
 /// A row and its change, or no change.
-fn changed<'a>(rows: &'a [[Coordinates; 2]], i: usize, k: usize) -> Option<&'a Coordinates> {
+fn changed(rows: &[[Coordinates; 2]], i: usize, k: usize) -> Option<&Coordinates> {
     rows.get(i).map(|both| &both[k])
 }
 
@@ -334,7 +334,7 @@ impl<'a> Walk<'a> {
         // The signs are those of a mirrored motion in a mirrored world.
         let aside =
             start.turning().and_then(|body| body.points.iter().map(|p| p.b).find(|b| *b != 0.0));
-        let aside = aside.or_else(|| Some(start.frozen()?.space().normal_row(0).iter().nth(2)?));
+        let aside = aside.or_else(|| start.frozen()?.space().normal_row(0).iter().nth(2));
         let aside = if aside.is_some_and(|b| b < 0.0) { -1.0 } else { 1.0 };
         let equal = |size: f64| {
             let part = size / ((2 * n) as f64).sqrt();
