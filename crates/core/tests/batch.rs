@@ -171,7 +171,10 @@ fn a_run_is_the_same_in_any_company() {
                 assert_eq!(run.collisions(), end.collisions, "{k}");
                 assert_eq!(zeno.map(|z| z.elapsed), end.zeno.map(|z| z.elapsed), "{k}");
                 assert_eq!(zeno.map(|z| z.contacts.len()), end.zeno.map(|z| z.count));
-                assert_eq!(!run.warnings().is_empty(), end.warned, "{k}");
+                // Without a record a run does not know how much its end depends on its start.
+                let bare = Options { record: false, ..options };
+                let bare = simulate(&postures[k], &states[k], &bare).unwrap();
+                assert_eq!(!bare.warnings().is_empty(), end.warned, "{k}");
                 let closed = run.gaps().into_iter().enumerate().filter(|(_, gap)| *gap == 0.0);
                 let touching = end.touching.iter().map(|contact| contact.index());
                 assert!(touching.eq(closed.map(|(i, _)| i)), "{k}");

@@ -403,6 +403,9 @@ impl<'a> Walk<'a> {
             self.found.passed = Some(end);
         }
         let blows = self.blows(next);
+        if blows.is_empty() && !matches!(motion, Some(Motion::Sum { .. })) {
+            self.lands_to_stay(k, dt, next)?;
+        }
         if !blows.is_empty() {
             let (state, modes) = self.reader.moving(k, dt)?;
             let modes: ContactLetters<Mode> = ContactLetters::from_slice(&modes);
@@ -428,6 +431,28 @@ impl<'a> Walk<'a> {
             record.zeno[done..].iter().filter(|zeno| zeno.at.clock.since(end) <= 0.0).count();
         let now = self.late;
         self.found.zeno.extend(std::iter::repeat_n(now, reached));
+        Some(())
+    }
+
+    /// A contact that lands at the end of a piece and is held in the next one, after impacts of one instant that were summed: its time.
+    fn lands_to_stay(&mut self, k: usize, dt: f64, next: Option<&Piece>) -> Option<()> {
+        let then = next.filter(|next| next.flight.is_none());
+        let then = then.map(|next| &self.run.record.spans[next.span].motion);
+        let Some(Motion::Modes { word, .. }) = then else { return Some(()) };
+        let stays = |(mode, was): (&Mode, &Mode)| *mode != Mode::Separate && *was == Mode::Separate;
+        if !word.iter().zip(&self.before).any(stays) {
+            return Some(());
+        }
+        let (state, modes) = self.reader.moving(k, dt)?;
+        let new = (0..modes.len().min(word.len())).filter(|&i| stays((&word[i], &modes[i])));
+        let fastest = new.min_by(|&i, &j| state.point(i).1.total_cmp(&state.point(j).1));
+        if let Some(i) = fastest.filter(|&i| state.point(i).1 < 0.0) {
+            let rate = state.point(i).1;
+            let late = -state.row(i, false).dot(&self.change.way) / rate;
+            if self.is_fast(rate) {
+                self.shifts(late, rate);
+            }
+        }
         Some(())
     }
 
@@ -503,7 +528,12 @@ impl<'a> Walk<'a> {
         let was = |i: usize| before.get(i).copied().unwrap_or(Mode::Separate);
         let slides = |mode: Mode| matches!(mode, Mode::Left | Mode::Right);
         // A slide that ends or turns back: its time.
-        let turns = |&i: &usize| slides(was(i)) && modes[i] != was(i) && modes[i] != Mode::Separate;
+        let turns = |&i: &usize| {
+            slides(was(i))
+                && modes[i] != was(i)
+                && modes[i] != Mode::Separate
+                && start.friction(i) > 0.0
+        };
         if let Some(i) = (0..modes.len()).find(turns).filter(|_| !self.struck && !fades) {
             let a = self.acceleration(k.saturating_sub(1), start, &before);
             let row = start.row(i, true);
