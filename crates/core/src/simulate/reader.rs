@@ -5,6 +5,7 @@ use std::borrow::Cow;
 use crate::body::Mechanism;
 use crate::body::posture::Posture;
 use crate::body::state::State;
+use crate::collisions::log::{Center, Spin};
 use crate::error::Error;
 use crate::math::clock::Clock;
 use crate::math::roots::ORDER;
@@ -17,7 +18,8 @@ use crate::options::Model;
 use crate::outcome::{Instant, Outcome};
 use crate::simulate::start::Start;
 use crate::simulate::trajectory::{Flight, Piece, Trajectory};
-use crate::sustained::{BodyState, Step};
+use crate::sustained::flight::flown;
+use crate::sustained::{BodyState, Step, state_at};
 use crate::tolerance::STILL;
 
 /// The motion of a run at times in any order, from [`Trajectory::reader`]. Each time has the same result as alone, to the last bit.
@@ -92,10 +94,41 @@ impl<'a> Reader<'a> {
     ///
     /// As [`at`](Self::at).
     pub fn state(&mut self, t: f64) -> Result<State, Error> {
+        if t < self.run.time()
+            && let Some((k, dt)) = self.piece_at(t)?
+            && let Some(place) = self.flown(k, dt)
+        {
+            self.go_to(k);
+            return Ok(state_at(place));
+        }
         Ok(match self.now(t)? {
             None => self.run.record.end.state,
             Some((state, _)) => self.run.record.subject.state_of(&state),
         })
+    }
+
+    /// The centre of mass and the rotation of a body `dt` after the start of piece `k`, if it flies.
+    fn flown(&self, k: usize, dt: f64) -> Option<(Center, Spin)> {
+        let (piece, record) = (self.run.pieces().ok()?.get(k)?, &self.run.record);
+        let motion = &record.spans[piece.span].motion;
+        let start = motion.start().turning().filter(|body| !body.fall_changes())?;
+        let place = match (&piece.flight, motion) {
+            (Some(Flight::Body(index)), _) => *record.bodies.get(*index)?,
+            (None, Motion::Modes { word, .. })
+                if word.iter().all(|mode| *mode == Mode::Separate) =>
+            {
+                start.place()
+            }
+            _ => return None,
+        };
+        Some(flown(place, start.fall, dt))
+    }
+
+    /// Keeps what is known of piece `k` alone.
+    fn go_to(&mut self, k: usize) {
+        if k != self.index {
+            (self.index, self.held) = (k, None);
+        }
     }
 
     /// q and q̇ at time `t`: of a body three values, of a mechanism one for each coordinate; `None` for a model without a body.
@@ -167,9 +200,7 @@ impl<'a> Reader<'a> {
 
     /// The body `dt` after the start of piece `k`; `None` if too many events of a sum come before.
     pub(super) fn moving(&mut self, k: usize, dt: f64) -> Option<Now<'a>> {
-        if k != self.index {
-            (self.index, self.held) = (k, None);
-        }
+        self.go_to(k);
         let (Record { subject, spans, .. }, options) = (&*self.run.record, self.run.options());
         let piece = self.run.pieces().ok()?.get(k)?;
         if let Some(flight) = &piece.flight {

@@ -18,6 +18,17 @@ pub(super) fn next(arc: &GapArc) -> Option<f64> {
     arc.touchdown()
 }
 
+/// Centre of mass and rotation after a flight of `dt` with this acceleration of free fall.
+pub(crate) fn flown(
+    (mut center, mut spin): (Center, Spin),
+    fall: Vector2<f64>,
+    dt: f64,
+) -> (Center, Spin) {
+    spin.theta += spin.omega * dt;
+    center.fall(fall, dt);
+    (center, spin)
+}
+
 impl ContactState {
     /// Returns true if it lands together with `first`: its gap is closing, and is below its rounding error plus the distance by which it
     /// closes within δh/|u|, the uncertainty of the instant at which `first` lands.
@@ -204,10 +215,7 @@ impl BodyState {
 
     /// The same after a flight of `dt`.
     pub(crate) fn place_flown(&self, dt: f64) -> (Center, Spin) {
-        let (mut center, mut spin) = self.place();
-        spin.theta += self.spin.omega * dt;
-        center.fall(self.fall, dt);
-        (center, spin)
+        flown(self.place(), self.fall, dt)
     }
 
     /// The state after a flight of `dt`.

@@ -20,7 +20,7 @@ pub(crate) mod edges;
 mod endless;
 mod excitation;
 mod facing;
-mod flight;
+pub(crate) mod flight;
 mod forces;
 pub(crate) mod jam;
 pub(crate) mod frozen;
@@ -225,10 +225,14 @@ impl BodyState {
     }
 }
 
+/// q and q̇ of this centre of mass and this rotation.
+pub(crate) fn state_at((Center { r, v }, spin): (Center, Spin)) -> State {
+    State::new([r.x, r.y, spin.theta], [v.x, v.y, spin.omega]).unsigned_zero()
+}
+
 impl BodyState {
     pub(crate) fn state(&self) -> State {
-        let (r, v, spin) = (self.center.r, self.center.v, self.spin);
-        State::new([r.x, r.y, spin.theta], [v.x, v.y, spin.omega]).unsigned_zero()
+        state_at(self.place())
     }
 
     pub(crate) fn instant(&self, posture: &Posture) -> Instant {
