@@ -1,10 +1,12 @@
 """Growth of the cost with the work: number of runs, number of contacts, feet of a sole, vertices of the ground, restitution towards 1, and
-closeness to the bound of clattering convergence. Runs whose end is not determined, because rounding errors have grown to the size of the body, have open marks.
-`python benches/growth.py` writes docs/growth.png and docs/growth.csv; times are medians of calls from Python."""
+closeness to the bound of clattering convergence. Runs whose end is not determined, because rounding errors have grown to the size of the
+body, have open marks. `python benches/growth.py` writes docs/growth.png and docs/growth.csv; times are medians of calls from Python. With
+`--draw` it draws the measured times again."""
 
 import csv
 import math
 import statistics
+import sys
 import time
 from pathlib import Path
 
@@ -12,6 +14,7 @@ import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
 import standfast as sf
+from matplotlib.ticker import NullFormatter
 
 DOCS = Path(__file__).parent.parent / "docs"
 #: Okabe & Ito's blue, orange, green and vermilion.
@@ -165,16 +168,23 @@ PANELS = [
 ]
 
 
-def main():
+def measured():
+    """[panel, line, parameter, seconds] of all panels."""
+    return [
+        [title, name, float(parameter), value]
+        for measure, title, _, _ in PANELS
+        for name, parameter, value in measure()
+    ]
+
+
+def draw(rows):
     matplotlib.use("agg")
     figure, axes = plt.subplots(2, 3, figsize=(14, 8.2), layout="constrained")
-    axes = axes.ravel()
-    rows = []
-    for axis, (measure, title, x, y) in zip(axes, PANELS, strict=False):
+    for axis, (_, title, x, y) in zip(axes.ravel(), PANELS, strict=True):
         lines = {}
-        for name, parameter, value in measure():
-            lines.setdefault(name, []).append((parameter, value))
-            rows.append([title, name, float(parameter), value])
+        for panel, name, parameter, value in rows:
+            if panel == title:
+                lines.setdefault(name, []).append((parameter, value))
         for (name, points), colour, marker in zip(
             lines.items(), (BLUE, ORANGE, GREEN, RED), "os^D", strict=False
         ):
@@ -188,17 +198,30 @@ def main():
                 **open_marks,
             )
         axis.set(xscale="log", yscale="log", xlabel=x, ylabel=y)
+        axis.xaxis.set_minor_formatter(NullFormatter())
         axis.set_title(title, fontsize=11)
         axis.grid(True, color="#ECECEC", linewidth=0.6)
         if len(lines) > 1:
             axis.legend(fontsize=9)
-    for axis in axes[4:]:
-        axis.invert_xaxis()
+        if x.startswith(("1 − e", "distance")):
+            axis.invert_xaxis()
     figure.savefig(DOCS / "growth.png", dpi=110)
-    with (DOCS / "growth.csv").open("w", newline="") as file:
-        writer = csv.writer(file)
-        writer.writerow(["panel", "line", "parameter", "seconds"])
-        writer.writerows(rows)
+
+
+def main():
+    if "--draw" in sys.argv:
+        with (DOCS / "growth.csv").open(newline="") as file:
+            rows = [
+                [panel, name, float(parameter), float(value)]
+                for panel, name, parameter, value in list(csv.reader(file))[1:]
+            ]
+    else:
+        rows = measured()
+        with (DOCS / "growth.csv").open("w", newline="") as file:
+            writer = csv.writer(file)
+            writer.writerow(["panel", "line", "parameter", "seconds"])
+            writer.writerows(rows)
+    draw(rows)
 
 
 if __name__ == "__main__":
