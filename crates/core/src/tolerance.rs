@@ -597,11 +597,12 @@ pub(crate) const SENSITIVITY_STEP: f64 = 1e-6;
 /// Growth of a small change of the start beyond which it is no longer followed: all digits have long been lost. Range: above 1e32.
 pub(crate) const FOLLOWED_GROWTH: f64 = 1e100;
 
-/// Rate of an impact below which a change of the start is not followed through it. Unit: the largest rate of an impact so far. It is one of the
-/// last impacts of an accumulation. Range: 1e-8 to 1e-4.
+/// Rate of an impact below which a change of the start is not followed through it. Unit: the largest rate of an impact since contacts were
+/// last held for long. It is one of the last impacts of an accumulation. Range: 1e-8 to 1e-4.
 pub(crate) const SLOW_IMPACT: f64 = 1e-6;
 
-/// Rate of an impact from which on a change of the start is followed again. Unit: the largest rate of an impact so far. Range: 1e-5 to 1e-2.
+/// Rate of an impact from which on a change of the start is followed again. Unit: the largest rate of an impact since contacts were last
+/// held for long. Range: 1e-5 to 1e-2.
 pub(crate) const FRESH_IMPACT: f64 = 1e-4;
 
 /// Time for which contacts are held up to which a phase belongs to an accumulation of impacts. Unit: √(size/g). Range: 1e-6 to 1e-1.

@@ -558,7 +558,8 @@ impl PyRun {
     /// Growth of a small change of the start up to the end of the run, dimensionless: |change at the end| over |change at the start|. Lengths
     /// are over the size of the body, speeds over sqrt(g * size), turns are times the gyration radius; if the run ends at rest, the shift of
     /// the time of rest over sqrt(size / g) is part of the change. The change has equal parts in all coordinates and their speeds, with
-    /// the sign of the arm of the first contact along the ground and of the turn; growth turns it into the direction that grows fastest. inf where it is above 1e100. None unless recorded.
+    /// the sign of the arm of the first contact along the ground and of the turn; growth turns it into the direction that
+    /// grows fastest. inf where it is above 1e100. None unless recorded, or where a state within a sum of impacts cannot be computed.
     ///
     /// It is computed from the record when it is first asked for: the derivative of the motion along the run, with the shift of the time of
     /// each impact (saltation).

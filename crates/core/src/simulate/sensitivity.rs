@@ -79,7 +79,7 @@ impl Trajectory {
     /// body, speeds over √(g · size), turns are times ρ; if the run ends at rest, the shift of the time of rest, over √(size/g), is part of δ.
     /// The change has equal parts in all coordinates and their speeds; along the ground and of the turn they have the sign of the arm of the
     /// first contact. In a run with growth it turns into the direction that grows fastest.
-    /// ∞ where it is above 1e100. `None` unless recorded.
+    /// ∞ where it is above 1e100. `None` unless recorded, or where a state within a sum of impacts cannot be computed.
     ///
     /// It is computed when it is first asked for, from the record: the derivative of the motion along the run, with the shift of the time of
     /// each impact (saltation). Contacts that land at one instant go on to land at one instant in the changed run.
@@ -212,7 +212,8 @@ pub(super) fn limited(
     }
 }
 
-/// How much the end of this run depends on its start; `None` if nothing was recorded. `limit`: growth at which to note the time.
+/// How much the end of this run depends on its start; `None` if nothing was recorded, or a state within a sum cannot be computed.
+/// `limit`: growth at which to note the time.
 pub(super) fn of_run(run: &Trajectory, limit: f64) -> Option<Sensitivity> {
     let pieces = run.pieces().ok()?;
     let mut walk = Walk::new(run, run.record.spans.first()?.motion.start(), limit)?;
