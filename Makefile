@@ -6,7 +6,7 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 PROFILE := --profile dist
 
-.PHONY: demo check test rust python long bits bench caps explorer site links gallery maps robot sweeps chart growth atlas accuracy safe feet calls footprint fuzz mutate crate audit dist pythons version wheel clean
+.PHONY: demo check test rust python long bits bench caps explorer site links gallery maps robot sweeps chart frames growth atlas accuracy safe feet calls footprint fuzz mutate crate audit dist pythons version wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -85,8 +85,9 @@ long-together:
 long-middle:
 	STANDFAST_MIDDLE_FEET=1000 STANDFAST_ROWS_OF_FEET=2000 $(LONG) tests/motion/test_middle_foot.py
 long-bounces:
-	STANDFAST_TIES=10000 STANDFAST_FLUSH_HITS=2000 STANDFAST_ZERO_KICKS=20000 STANDFAST_BOUNCES=2000 $(LONG) \
-		tests/motion/test_ties.py tests/motion/test_kicks_at_events.py tests/motion/test_bounces.py
+	STANDFAST_TIES=10000 STANDFAST_FLUSH_HITS=2000 STANDFAST_ZERO_KICKS=20000 STANDFAST_BOUNCES=2000 \
+	STANDFAST_ROCKING=2000 $(LONG) \
+		tests/motion/test_ties.py tests/motion/test_kicks_at_events.py tests/motion/test_bounces.py tests/motion/test_rocking.py
 long-fuzz:
 	STANDFAST_FUZZ_SCENES=3000 STANDFAST_TERRAIN_SCENES=10000 STANDFAST_ENDLESS=40000 $(LONG) \
 		tests/motion/test_fuzz_scenes.py tests/terrain/test_terrain.py tests/motion/test_endless.py
@@ -165,6 +166,10 @@ caps:
 chart: EXTRA := plot,peers
 chart: wheel
 	$(BIN)/python benches/work_precision/chart.py
+
+# Whole runs up to rest, beside Box2D with its usual step up to the same time.
+frames:
+	cargo run --release --quiet --manifest-path benches/work_precision/engines/Cargo.toml -- frames benches/work_precision/scenes.json
 
 # How the cost grows with the work.
 growth: EXTRA := plot

@@ -5,14 +5,19 @@ use std::time::Instant;
 
 use serde::de::DeserializeOwned;
 use serde_json::{Value, json};
+use standfast::body::GroundKind;
+use standfast::{Contact, Posture, PostureFields, State};
 
 /// Gravity in all scenes, in m/s².
 pub const GRAVITY: f64 = 9.81;
 /// Least duration of a measurement, in s: reading the clock takes about 30 ns.
 const ROUND: f64 = 1e-5;
 
-/// Bodies that turn over: unturned, their lowest point is on the floor y = 0.
-pub const TURNING: [&str; 4] = ["thrown", "octagon", "stairs", "feet"];
+/// Whether the body may turn over: unturned, its lowest point is on the floor y = 0.
+#[must_use]
+pub fn turns(scene: &Value) -> bool {
+    scene["body"]["arms"].as_array().is_some_and(|arms| arms.len() > 2)
+}
 
 /// Whether the small version of the chart is asked for: no run of more than milliseconds.
 #[must_use]
@@ -40,6 +45,44 @@ pub fn scenes() -> Vec<(String, Value)> {
     assert!((gravity - GRAVITY).abs() < f64::EPSILON, "{path}: gravity = {gravity}");
     let Some(scenes) = file["scenes"].as_object() else { panic!("{path}: no scenes") };
     scenes.iter().map(|(name, scene)| (name.clone(), scene.clone())).collect()
+}
+
+/// The nominal posture of a scene, in which its points touch the floor, and the start.
+#[must_use]
+pub fn start(name: &str, scene: &Value) -> (Posture, State) {
+    let (body, start) = (&scene["body"], &scene["start"]);
+    let q: [f64; 3] = read(&start["q"]);
+    // The posture is nominal where its points touch the floor.
+    let arms: Vec<[f64; 2]> = read(&body["arms"]);
+    let turns = turns(scene);
+    let lowest = arms.iter().map(|arm| arm[1]).fold(f64::INFINITY, f64::min);
+    let [x, y] = match name {
+        "ball" => [0.0, 0.1],
+        "rod" | "nested" | "elastic" => [0.0; 2],
+        _ if turns => [q[0], -lowest],
+        _ => [q[0], q[1]],
+    };
+    let terrain: Option<Vec<[f64; 2]>> = scene.get("terrain").map(read);
+    let contact = |[dx, dy]: [f64; 2]| Contact {
+        slope: read(&body["slope"]),
+        friction: read(&body["friction"]),
+        ..Contact::at(x + dx, y + dy)
+    };
+    let shared = turns && terrain.is_none();
+    let posture = Posture::new(PostureFields {
+        mass: read(&body["mass"]),
+        gyration_radius: read(&body["gyration_radius"]),
+        center_of_mass: [x, y],
+        contacts: arms.into_iter().map(contact).collect(),
+        restitution: read(&body["restitution"]),
+        gravity: GRAVITY,
+        terrain: terrain.unwrap_or_default(),
+        ground: if shared { GroundKind::Shared } else { GroundKind::Own },
+        ..PostureFields::default()
+    });
+    let posture = posture.unwrap_or_else(|e| panic!("{name}: {e}"));
+    let state = State::new([q[0] - x, q[1] - y, q[2]], read(&start["v"]));
+    (posture, state)
 }
 
 /// A value of the scene file.

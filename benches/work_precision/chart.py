@@ -66,6 +66,12 @@ TOOLS = {
         "Moreau's law, contact by contact",
         [sys.executable, "peers/box2d_world.py"],
     ),
+    "Box2D 3": (
+        "#F0E442",
+        "<",
+        "Moreau's law, contact by contact",
+        [*CARGO, "--manifest-path", "engines/Cargo.toml", "--", "box2d"],
+    ),
     "pymunk": (
         "#56B4E9",
         "v",
@@ -82,7 +88,7 @@ TOOLS = {
         "#8A8A8A",
         "P",
         "friction first, then rebound",
-        [*CARGO, "--manifest-path", "rapier/Cargo.toml", "--"],
+        [*CARGO, "--manifest-path", "engines/Cargo.toml", "--", "rapier"],
     ),
 }
 OURS = ("standfast", "standfast, in Rust", "Moreau–Jean, ours")

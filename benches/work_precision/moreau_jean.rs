@@ -231,7 +231,7 @@ fn main() {
                 });
                 let values: Vec<f64> = if name == "block" {
                     vec![q.x, q.y]
-                } else if harness::TURNING.contains(&name.as_str()) {
+                } else if harness::turns(&scene) {
                     harness::watched(&scene, [q.x, q.y, q.z])
                 } else {
                     (0..body.arms.len()).map(|i| body.contact(i, &q).0).collect()

@@ -4,44 +4,14 @@
 //! `cargo run --profile bench -p standfast-benches --bin standfast-run -- SCENES.json` prints a line of JSON for each run.
 
 use serde_json::{Value, json};
-use standfast::body::GroundKind;
-use standfast::{Contact, Model, Options, Posture, PostureFields, State, Trajectory, simulate};
+use standfast::{Model, Options, Trajectory, simulate};
 use standfast_benches::harness;
 
 fn main() {
     for (name, scene) in harness::scenes() {
-        let (body, start) = (&scene["body"], &scene["start"]);
-        let q: [f64; 3] = harness::read(&start["q"]);
-        // The posture is nominal where its points touch the floor.
-        let arms: Vec<[f64; 2]> = harness::read(&body["arms"]);
-        let turns = harness::TURNING.contains(&name.as_str());
-        let lowest = arms.iter().map(|arm| arm[1]).fold(f64::INFINITY, f64::min);
-        let [x, y] = match name.as_str() {
-            "ball" => [0.0, 0.1],
-            "rod" | "nested" | "elastic" => [0.0; 2],
-            _ if turns => [q[0], -lowest],
-            _ => [q[0], q[1]],
-        };
-        let terrain: Option<Vec<[f64; 2]>> = scene.get("terrain").map(harness::read);
-        let contact = |[dx, dy]: [f64; 2]| Contact {
-            slope: harness::read(&body["slope"]),
-            friction: harness::read(&body["friction"]),
-            ..Contact::at(x + dx, y + dy)
-        };
-        let shared = turns && terrain.is_none();
-        let posture = Posture::new(PostureFields {
-            mass: harness::read(&body["mass"]),
-            gyration_radius: harness::read(&body["gyration_radius"]),
-            center_of_mass: [x, y],
-            contacts: arms.into_iter().map(contact).collect(),
-            restitution: harness::read(&body["restitution"]),
-            gravity: harness::GRAVITY,
-            terrain: terrain.unwrap_or_default(),
-            ground: if shared { GroundKind::Shared } else { GroundKind::Own },
-            ..PostureFields::default()
-        });
-        let posture = posture.unwrap_or_else(|e| panic!("{name}: {e}"));
-        let state = State::new([q[0] - x, q[1] - y, q[2]], harness::read(&start["v"]));
+        let (posture, state) = harness::start(&name, &scene);
+        let turns = harness::turns(&scene);
+        let [x, y] = posture.fields().center_of_mass;
         let mut options = Options { record: false, ..Options::default() };
         options.impact = harness::read(&scene["law"]);
         let run = |options: &Options| -> Trajectory {
