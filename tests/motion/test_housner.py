@@ -125,7 +125,9 @@ def test_a_rough_block_rocks_with_housners_ratio(law, alpha, friction, omega):
     """The impulse is within the friction cone: the new corner sticks, the old one lifts off, and the block rotates about the
     new one, as a physical pendulum, until it is upright again."""
     block = Block(alpha, friction)
-    found = run(block, omega, law, model="full", time_limit=6.0)
+    # Up to a time limit before the limit of the swings, these are followed one by one.
+    rest = run(block, omega, law, model="full").time
+    found = run(block, omega, law, model="full", time_limit=min(6.0, (1 - 1e-6) * rest))
     ratio, landings = block.kept_by_sticking(), 0
     now, spin = mpf(0), mpf(omega)
     phases = [p for p in found.phases if p.end > p.start]
@@ -257,7 +259,7 @@ def time_to_rest(alpha, friction, omega):
 @pytest.mark.parametrize("law", FRICTION_LAWS)
 @pytest.mark.parametrize(("alpha", "omega"), [(0.3, 0.4), (0.7, 1.5)])
 def test_a_block_that_rocks_comes_to_rest_in_a_sum_of_swings(law, alpha, omega):
-    """Swings short enough to shrink by a constant ratio are summed, as long as each is above rounding errors."""
+    """Swings are summed from the first few on."""
     friction = 2.0
     block = Block(alpha, friction)
     found = run(block, omega, law, model="full", record=True)
@@ -267,12 +269,13 @@ def test_a_block_that_rocks_comes_to_rest_in_a_sum_of_swings(law, alpha, omega):
     exact = time_to_rest(alpha, friction, omega)
     close(found.time, exact, rel=4e-15)
     assert abs(found.time - float(exact)) <= 2 * rest.time_error
-    # The last simulated swing is far from the end, and the state within the sum is computed swing by swing.
+    # The state within the sum is computed swing by swing.
     summed = found.phases[-2]
     assert summed.end == rest.time
     last = summed.end - summed.start
     late = run(block, omega, law, model="full", record=True, time=8.0)
-    assert 1e-9 < last / rest.time < 1e-3
+    # With the steep block a swing keeps a seventh of the speed: there are no more swings than a sum needs.
+    assert last / rest.time > (0.5 if alpha < 0.5 else 1e-9)
     for share in (0.1, 0.5, 0.9, 0.99):
         t = summed.start + share * last
         stopped = run(block, omega, law, model="full", time_limit=t)

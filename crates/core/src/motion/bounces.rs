@@ -47,9 +47,9 @@ use crate::motion::record::Tail;
 use crate::motion::series::{Bounces, Retry};
 use crate::options::Impact;
 use crate::outcome::{Outcome, ZenoMethod};
+use crate::sustained::BodyState;
 use crate::sustained::edges::EdgeWatch;
 use crate::sustained::frozen::Frozen;
-use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{BOUNCE_CHANGE, BOUNCE_SUM, NEXT_TERM, REMAINDER_FACTOR, STILL};
 
 /// Number of impacts of the contact before the first attempt to sum its bounces.
@@ -137,11 +137,6 @@ impl Sum {
     }
 }
 
-/// Change of the gap of a point by this rotation.
-fn lift(p: &ContactState, turn: &Turn) -> f64 {
-    p.b * turn.sin - p.c * turn.one_minus_cos
-}
-
 /// One contact, on the ground after an impact.
 struct Bouncing<'a> {
     body: &'a BodyState,
@@ -163,7 +158,7 @@ impl Bouncing<'_> {
             Grip::Slides(_) => p.tangent.dot(&self.body.center.v) + change[3],
         };
         [
-            p.tangent * change[1] - p.normal * lift(p, turn),
+            p.tangent * change[1] - p.normal * p.lift(turn),
             p.tangent * along + p.normal * (u - b * omega),
         ]
     }
@@ -173,23 +168,12 @@ impl Bouncing<'_> {
         let mut after = self.body.clone();
         let turn = Turn::by(change[2]);
         let [way, v] = self.center(change, u, &turn);
-        (after.center.r, after.center.v) = (after.center.r + way, v);
+        after.center.v = v;
         after.spin.theta += change[2];
         after.spin.omega += change[4];
-        for p in &mut after.points {
-            let arm = p.arm();
-            let side = Vector2::new(-arm.y, arm.x);
-            let turned = side * turn.sin - arm * turn.one_minus_cos;
-            p.h += p.normal.dot(&way) + lift(p, &turn);
-            for (k, side) in p.place.sides.iter_mut().enumerate() {
-                let axis = p.place.across[k] * if k == 0 { 1.0 } else { -1.0 };
-                if *side < f64::INFINITY {
-                    *side = (*side + axis.dot(&(way + turned))).max(0.0);
-                }
-            }
-            (p.b, p.c) = p.turned(&turn);
-            p.u = p.normal.dot(&v) + p.b * after.spin.omega;
-        }
+        after.displace(&way, &turn);
+        let omega = after.spin.omega;
+        after.points.iter_mut().for_each(|p| p.u = p.normal.dot(&v) + p.b * omega);
         (after.points[self.i].h, after.points[self.i].u) = (0.0, u);
         after
     }
@@ -367,7 +351,7 @@ impl Bouncing<'_> {
             let [way, v] = self.center(change, u, &turn);
             let (b, _) = q.turned(&turn);
             let omega = body.spin.omega + change[4];
-            (q.h + q.normal.dot(&way) + lift(q, &turn), q.normal.dot(&v) + b * omega)
+            (q.h + q.normal.dot(&way) + q.lift(&turn), q.normal.dot(&v) + b * omega)
         };
         let weakest = body.pull(self.i) - p.arm().norm() * omega * omega;
         // During a bounce a point leaves the curve through its states after impacts by no more than this time allows.

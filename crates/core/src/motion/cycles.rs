@@ -10,15 +10,15 @@ use crate::math::turn::Turn;
 use crate::modes::Mode;
 use crate::motion::moving::Moving;
 use crate::motion::record::Tail;
+use crate::motion::series::Retry;
 use crate::sustained::{BodyState, ContactState};
 use crate::tolerance::{CYCLE_RATIO_ROUNDINGS, QUIET_LANDING, REACHED, REMAINDER_FACTOR, STILL};
 
-/// Landings of a contact before the first attempt to sum cycles that do not repeat themselves.
-const FIRST_ATTEMPT: usize = 4;
+/// Landings of a point before the first attempt to sum.
+const FIRST_ATTEMPT: usize = 2;
 
-/// Ratio of the landing speeds of successive cycles above which there are so many that the attempt is worth its cost: that of about
-/// eight cycles.
-const SLOW: f64 = 0.5;
+/// Ratio of the landing speeds of successive laps above which there are so many that an attempt is worth its cost.
+const SLOW: f64 = 0.3;
 
 /// The cycles of two contacts.
 #[derive(Debug, Clone, Default)]
@@ -29,8 +29,6 @@ pub(crate) struct NestedSequence {
     slides: [[Option<Clock>; 3]; 2],
     /// The largest sliding speed that counted as zero, in m/s.
     dropped: f64,
-    /// For each contact: its landings since the sequence began.
-    landings: [usize; 2],
 }
 
 /// A landing, while another contact is held, with a speed that counts as zero.
@@ -131,7 +129,7 @@ impl NestedSequence {
     }
 
     pub(crate) fn forget(&mut self) {
-        (self.last, self.landings) = ([None, None], [0; 2]);
+        self.last = [None, None];
     }
 
     /// Contact `b` lands while the other is held. Cycles from one such landing to the next that shrink in one ratio r, with all
@@ -163,7 +161,6 @@ impl NestedSequence {
             change: Coordinates::zeros(q.len()),
             duration: f64::NAN,
         };
-        self.landings[b] += 1;
         let last = self.last[b].replace(start)?;
         let (ratio, dt) = (rate / last.rate, clock.since(last.clock));
         let gained = qdot.plus(&last.qdot, -1.0);
@@ -224,13 +221,6 @@ impl NestedSequence {
             rest,
         })
     }
-
-    /// Whether to look for the limit of cycles that do not repeat themselves yet, after a landing of contact `b`.
-    pub(super) fn is_long(&self, b: usize) -> bool {
-        let ratio = self.last[b].as_ref().map_or(0.0, |last| last.ratio);
-        let count = self.landings[b];
-        count >= FIRST_ATTEMPT && count.is_power_of_two() && ratio > SLOW && ratio < 1.0
-    }
 }
 
 impl CycleSum {
@@ -267,11 +257,55 @@ impl CycleSum {
     }
 }
 
-/// The next landing of a contact while the other one is held.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The laps of two points.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Rocking {
+    lands: usize,
+    held: usize,
+    /// Landing speed, in m/s.
+    speed: f64,
+    /// Ratio of the landing speeds of the last two laps.
+    ratio: f64,
+    /// Landings so far, and number of them at which to try to sum.
+    landings: usize,
+    next: usize,
+}
+
+impl Rocking {
+    /// Point `b` lands at this speed while point `k` alone is held. Whether to try to sum.
+    pub(super) fn follow(&mut self, b: usize, k: usize, speed: f64) -> bool {
+        if self.landings > 0 && [b, k] == [self.held, self.lands] {
+            return false;
+        }
+        if self.landings == 0 || [b, k] != [self.lands, self.held] {
+            *self = Self { lands: b, held: k, next: FIRST_ATTEMPT, ..Self::default() };
+        }
+        (self.ratio, self.speed) = (speed / self.speed, speed);
+        self.landings += 1;
+        self.landings >= self.next && SLOW < self.ratio && self.ratio < 1.0
+    }
+
+    /// Waits for another attempt. Each lap divides the error of the polynomial by the ratio to the `degree`.
+    pub(super) fn wait(&mut self, retry: Retry, degree: usize) {
+        let wait = match retry {
+            Retry::Smaller(error) => {
+                let loss = -libm::log(self.ratio) * degree as f64;
+                ((libm::log(error) / loss) as usize).saturating_add(1)
+            }
+            Retry::Later => self.landings,
+        };
+        self.next = self.landings.saturating_add(wait);
+    }
+}
+
+/// The next landing of a point while the other one is held.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Lap {
-    pub(super) contact: usize,
-    /// Its speed, in m/s.
+    pub(super) lands: usize,
+    pub(super) held: usize,
+    /// Whether the point that is held sticks.
+    pub(super) sticks: bool,
+    /// Landing speed, in m/s.
     pub(super) speed: Option<f64>,
 }
 

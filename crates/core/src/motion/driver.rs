@@ -22,7 +22,7 @@ use crate::impact::friction::NO_FRICTION;
 use crate::math::clock::Clock;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::modes::{Jamming, Mode};
-use crate::motion::cycles::{Lap, NestedSequence};
+use crate::motion::cycles::{Lap, NestedSequence, Rocking};
 use crate::motion::ground::{Ground, OnGround};
 use crate::motion::ground_watch::GroundWatch;
 use crate::motion::moving::{Moving, REFRESH};
@@ -70,6 +70,7 @@ pub(crate) struct Driver<'a> {
     pub(super) sequence: InstantImpacts,
     pub(super) bounces: Bounces,
     pub(super) cycles: NestedSequence,
+    pub(super) rocking: Rocking,
     pub(super) slow: SlowContacts,
     /// Contacts that were set to rest because they chattered, and the speed below which they did, in m/s.
     pub(super) stopped_chatter: (BTreeSet<usize>, f64),
@@ -151,6 +152,7 @@ impl<'a> Driver<'a> {
             sequence: InstantImpacts::none(state.velocity().len()),
             bounces: Bounces::default(),
             cycles: NestedSequence::default(),
+            rocking: Rocking::default(),
             slow: SlowContacts::default(),
             stopped_chatter: (BTreeSet::new(), 0.0),
             friction_warned: false,
@@ -219,9 +221,11 @@ impl<'a> Driver<'a> {
         Ok(())
     }
 
-    /// The state at the time limit, for the run of a summed tail; `None` if another outcome ends it.
-    pub(super) fn run_tail(mut self) -> Option<Self> {
-        (self.motion() == Outcome::TimeLimit && !self.log.cancelled).then_some(self)
+    /// The record up to the time limit, for the run of a summed tail; `None` if another outcome ends it.
+    pub(super) fn run_tail(mut self) -> Option<Box<Record>> {
+        let outcome = self.motion();
+        self.close(outcome).ok()?;
+        (outcome == Outcome::TimeLimit).then_some(self.record)
     }
 
     /// The end of an unrecorded run.
@@ -759,7 +763,7 @@ impl<'a> Driver<'a> {
             PhaseEnd::Landing(_) if word.iter().all(|mode| *mode == Mode::Separate) => {
                 DriverStep::Piece
             }
-            PhaseEnd::Landing(i) => self.round(i),
+            PhaseEnd::Landing(i) => self.round(i, word),
             PhaseEnd::Stands => DriverStep::End(self.stand(word.into())),
             PhaseEnd::Free => DriverStep::Flight,
             PhaseEnd::Outcome(Outcome::Inconsistent) if self.jam() => self.stop_after_jam().into(),
@@ -780,20 +784,20 @@ impl<'a> Driver<'a> {
         }
     }
 
-    /// Point `b` lands while another is held: a cycle ends. If there are only these two points, the limit of all further cycles may be known.
-    fn round(&mut self, b: usize) -> DriverStep {
-        if self.state.count() != 2 {
-            return DriverStep::Piece;
+    /// Point `b` lands while others are held in this word: a cycle ends. The limit of all further cycles may be known.
+    fn round(&mut self, b: usize, word: &[Mode]) -> DriverStep {
+        if let Some(end) = self.ends_lap(b, word) {
+            return DriverStep::End(end);
         }
-        let landing = -self.state.point(b).1;
-        if let Some(lap) = self.lap.as_mut().filter(|lap| lap.contact == b) {
-            lap.speed = Some(landing);
-            return DriverStep::End(Outcome::TimeLimit);
+        if self.state.count() == 2 {
+            if let Some(end) = self.stop_slowly(-self.state.point(b).1) {
+                return end.into();
+            }
+            if let Some(end) = self.sum_cycles(b) {
+                return end.into();
+            }
         }
-        if let Some(end) = self.stop_slowly(landing) {
-            return end.into();
-        }
-        self.sum_cycles(b).map_or(DriverStep::Piece, DriverStep::from)
+        self.sum_rocking(b, word).map_or(DriverStep::Piece, DriverStep::from)
     }
 }
 

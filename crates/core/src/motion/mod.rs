@@ -14,6 +14,7 @@ mod plain;
 pub(crate) mod record;
 pub(crate) mod replay;
 mod rest;
+mod rocking;
 mod series;
 mod sides;
 mod slow;

@@ -1,10 +1,8 @@
 //! States within a sum of impacts: up to a time in closed form, then event by event.
 
-use crate::body::contact::ContactLetters;
-use crate::modes::Mode;
 use crate::motion::driver::Driver;
 use crate::motion::moving::Moving;
-use crate::motion::record::Tail;
+use crate::motion::record::{Record, Tail};
 use crate::motion::subject::Subject;
 use crate::options::Options;
 use crate::zeno::{FrozenModel, Gaps, Impulses};
@@ -24,42 +22,45 @@ fn within(tail: Tail, model: &FrozenModel, gaps: &Gaps, t: f64) -> (f64, Gaps, I
     }
 }
 
-/// The state and the modes at time `dt` within a sum of impacts that starts in this state; `None` if too many events come before that time.
-/// `fastest`: the largest speed until then, in m/s; `options`: of the run.
-pub(crate) fn within_sum(
+/// The state at time `dt` within a sum of impacts of which closed forms are known, that starts in this state, and how it moves on there; `None`:
+/// there are none.
+pub(crate) fn lead(
     start: &Moving,
-    fastest: f64,
     tail: Tail,
     subject: &Subject,
-    options: &Options,
     dt: f64,
-) -> Option<(Moving, ContactLetters<Mode>)> {
-    let (mut state, mut left) = (start.clone(), dt);
-    if tail != Tail::Collisions {
-        let gaps = start.gaps();
-        match (&mut state, subject.pair()) {
-            (Moving::Turning(body), Some(pair)) => {
-                let full = body.full(pair);
-                let (t, gaps, own) = within(tail, &full.model(), &gaps, dt);
-                body.follow(&full.hit(&full.model(), t, &own, &gaps));
-                left = (dt - t).max(0.0);
-            }
-            (Moving::Frozen(rows), _) => {
-                let (t, gaps, own) = within(tail, rows.rows.gaps.as_ref()?, &gaps, dt);
-                **rows = rows.hit(t, &own, &gaps);
-                left = (dt - t).max(0.0);
-            }
-            (Moving::Turning(_), None) => return None,
+) -> Option<(Moving, f64)> {
+    let (mut state, gaps) = (start.clone(), start.gaps());
+    let t = match (&mut state, subject.pair()) {
+        (Moving::Turning(body), Some(pair)) => {
+            let full = body.full(pair);
+            let (t, gaps, own) = within(tail, &full.model(), &gaps, dt);
+            body.follow(&full.hit(&full.model(), t, &own, &gaps));
+            t
         }
-    }
-    if matches!(tail, Tail::Bounce { .. }) {
-        let word = ContactLetters::from_elem(Mode::Separate, state.count());
-        return Some((state.flown(left), word));
-    }
-    let options = options.of_resimulated_tail(left);
-    let resting = state.points().map(|point| point == (0.0, 0.0)).collect();
+        (Moving::Frozen(rows), _) => {
+            let (t, gaps, own) = within(tail, rows.rows.gaps.as_ref()?, &gaps, dt);
+            **rows = rows.hit(t, &own, &gaps);
+            t
+        }
+        (Moving::Turning(_), None) => return None,
+    };
+    Some((state, (dt - t).max(0.0)))
+}
+
+/// The record of a sum of impacts that starts in this state, event by event up to the time `until` (s) within it; `None` if too many events
+/// come before. `fastest`: the largest speed until then, in m/s; `options`: of the run.
+pub(crate) fn replayed(
+    start: Moving,
+    fastest: f64,
+    subject: &Subject,
+    options: &Options,
+    until: f64,
+) -> Option<(Box<Record>, Options)> {
+    let options = Options { record: true, ..options.of_resimulated_tail(until) };
+    let resting = start.points().map(|point| point == (0.0, 0.0)).collect();
     let (subject, never) = (subject.clone(), || false);
-    let mut run = match (state, subject.posture().cloned()) {
+    let mut run = match (start, subject.posture().cloned()) {
         (Moving::Turning(body), Some(posture)) => {
             Driver::of_body(&posture, *body, subject, &options, Vec::new(), &never)
         }
@@ -69,5 +70,5 @@ pub(crate) fn within_sum(
         (Moving::Turning(_), None) => return None,
     };
     (run.resting, run.fastest) = (resting, fastest);
-    run.run_tail().map(|run| (run.state, run.log.word))
+    Some((run.run_tail()?, options))
 }

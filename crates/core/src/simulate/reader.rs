@@ -12,8 +12,8 @@ use crate::math::roots::ORDER;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{Mode, Word, mechanism_forces};
 use crate::motion::moving::Moving;
-use crate::motion::record::{Motion, Record};
-use crate::motion::replay::within_sum;
+use crate::motion::record::{Motion, Record, Tail};
+use crate::motion::replay::{lead, replayed};
 use crate::options::Model;
 use crate::outcome::{Instant, Outcome};
 use crate::simulate::start::Start;
@@ -45,6 +45,26 @@ pub struct Reader<'a> {
     /// Index of the piece of the last time.
     index: usize,
     held: Option<Held<'a>>,
+    /// Of a sum that is followed event by event: the run of a part of it, and the share of its duration that is left out.
+    sum: Option<(f64, Box<Trajectory>)>,
+}
+
+/// The run of a part of a sum, up to the time `until` in s since its start; `None` if too many events come before.
+fn replay(run: &Trajectory, start: Moving, fastest: f64, until: f64) -> Option<Box<Trajectory>> {
+    let (record, options) = replayed(start, fastest, &run.record.subject, run.options(), until)?;
+    Some(Box::new(Trajectory::new(record, run.model(), run.model_reason(), options)))
+}
+
+impl Trajectory {
+    /// The state `dt` after the start of the run of a part of a sum.
+    fn within(&self, dt: f64) -> Option<Now<'static>> {
+        let pieces = self.pieces().ok()?;
+        let k = pieces.partition_point(|piece| piece.clock.hi <= dt).max(1) - 1;
+        let since = Clock { hi: dt, lo: 0.0 }.since(pieces.get(k)?.clock).max(0.0);
+        let mut reader = Reader::new(self);
+        let (state, modes) = reader.moving(k, since)?;
+        Some((state, Cow::Owned(modes.into_owned())))
+    }
 }
 
 /// The state at an instant, with the mode of each of its points.
@@ -60,7 +80,7 @@ impl Trajectory {
 
 impl<'a> Reader<'a> {
     pub(super) fn new(run: &'a Trajectory) -> Self {
-        Self { run, index: 0, held: None }
+        Self { run, index: 0, held: None, sum: None }
     }
 
     /// The motion at time `t` on the clock, exact within a phase. At the time of an impact: after it. After the end of a run that came to rest
@@ -127,7 +147,7 @@ impl<'a> Reader<'a> {
     /// Keeps what is known of piece `k` alone.
     fn go_to(&mut self, k: usize) {
         if k != self.index {
-            (self.index, self.held) = (k, None);
+            (self.index, self.held, self.sum) = (k, None, None);
         }
     }
 
@@ -201,7 +221,7 @@ impl<'a> Reader<'a> {
     /// The body `dt` after the start of piece `k`; `None` if too many events of a sum come before.
     pub(super) fn moving(&mut self, k: usize, dt: f64) -> Option<Now<'a>> {
         self.go_to(k);
-        let (Record { subject, spans, .. }, options) = (&*self.run.record, self.run.options());
+        let Record { subject, spans, .. } = &*self.run.record;
         let piece = self.run.pieces().ok()?.get(k)?;
         if let Some(flight) = &piece.flight {
             let start = spans[piece.span].motion.start();
@@ -225,10 +245,36 @@ impl<'a> Reader<'a> {
                 (Moving::Frozen(Box::new(state)), Cow::Borrowed(word))
             }
             Motion::Sum { start, fastest, tail } => {
-                let (state, modes) = within_sum(start, *fastest, *tail, subject, options, dt)?;
-                (state, Cow::Owned(modes.to_vec()))
+                if *tail == Tail::Collisions {
+                    return self.replay(k, dt);
+                }
+                let (state, left) = lead(start, *tail, subject, dt)?;
+                if matches!(tail, Tail::Bounce { .. }) {
+                    let modes = vec![Mode::Separate; state.count()];
+                    return Some((state.flown(left), Cow::Owned(modes)));
+                }
+                replay(self.run, state, *fastest, left)?.within(left)?
             }
         })
+    }
+
+    /// The state `dt` after the start of piece `k`, a sum that is followed event by event: up to the half of it, three quarters, seven eighths, …,
+    /// for all times up to there alike.
+    fn replay(&mut self, k: usize, dt: f64) -> Option<Now<'a>> {
+        let (pieces, record) = (self.run.pieces().ok()?, &self.run.record);
+        let Motion::Sum { start, fastest, .. } = &record.spans[pieces[k].span].motion else {
+            return None;
+        };
+        let end = pieces.get(k + 1).map_or(record.end.clock, |next| next.clock);
+        let (duration, mut left) = (end.since(pieces[k].clock), 0.5);
+        while dt > duration * (1.0 - left) && left > f64::EPSILON {
+            left *= 0.5;
+        }
+        if self.sum.as_ref().is_none_or(|(known, _)| *known != left) {
+            let until = (duration * (1.0 - left)).max(dt);
+            self.sum = Some((left, replay(self.run, start.clone(), *fastest, until)?));
+        }
+        self.sum.as_ref()?.1.within(dt)
     }
 
     /// The contact forces of the smooth motion at time `t`, (tangential, normal) by contact of [`Trajectory::contacts`] in N, each in the axes

@@ -126,6 +126,11 @@ impl ContactState {
     pub(crate) fn turned(&self, turn: &Turn) -> (f64, f64) {
         turn.turned([self.b, self.c]).into()
     }
+
+    /// Change of the gap by a turn about the centre of mass, in m.
+    pub(crate) fn lift(&self, turn: &Turn) -> f64 {
+        self.b * turn.sin - self.c * turn.one_minus_cos
+    }
 }
 
 /// A body at an instant.
@@ -222,6 +227,26 @@ impl BodyState {
     /// ω² in the accelerations of the contacts, in 1/s².
     fn square_of_turn(&self) -> f64 {
         self.spin.omega * self.spin.omega
+    }
+}
+
+impl BodyState {
+    /// Moves the centre of mass by `way` (m) and turns the points with the body, over the same pieces of ground.
+    pub(crate) fn displace(&mut self, way: &Vector2<f64>, turn: &Turn) {
+        self.center.r += way;
+        for p in &mut self.points {
+            let arm = p.arm();
+            let side = Vector2::new(-arm.y, arm.x);
+            let turned = side * turn.sin - arm * turn.one_minus_cos;
+            p.h += p.normal.dot(way) + p.lift(turn);
+            for (k, side) in p.place.sides.iter_mut().enumerate() {
+                let axis = p.place.across[k] * if k == 0 { 1.0 } else { -1.0 };
+                if *side < f64::INFINITY {
+                    *side = (*side + axis.dot(&(way + turned))).max(0.0);
+                }
+            }
+            (p.b, p.c) = p.turned(turn);
+        }
     }
 }
 
