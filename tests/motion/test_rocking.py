@@ -25,7 +25,7 @@ ONE_OF, FAR = 200, 1e-11
 
 
 def draw(rng, law):
-    """A body on one to eight feet of level or sloping ground, thrown so that it rocks."""
+    """A body on two to eight feet of level or sloping ground, thrown so that it rocks."""
     slope = rng.uniform(-0.3, 0.3) if rng.random() < 0.4 else 0.0
     t, n = np.array(
         [[math.cos(slope), math.sin(slope)], [-math.sin(slope), math.cos(slope)]]
@@ -52,7 +52,7 @@ def draw(rng, law):
         sf.Contact(
             tuple(x * t + y * n),
             slope=slope,
-            friction=0.0 if rng.random() < 0.2 else rng.uniform(0.3, 1.5),
+            friction=0.0 if rng.random() < 0.2 else rng.uniform(0.05, 1.5),
         )
         for x, y in feet
     ]
@@ -99,10 +99,10 @@ def test_sums_equal_the_laps_one_by_one(law):
             one = sf.simulate(posture, q, qdot, **(options | {"time_limit": stop}))
             if len(one.impacts) < point.first_summed + 6:
                 continue
-            before = one.impacts["elapsed"][: point.first_summed]
-            assert np.array_equal(
-                run.impacts["elapsed"][: point.first_summed], before
-            ), seed
+            # Accumulations that end a few units in the last place before the sum are not summed in the second run.
+            begin = run.impacts["elapsed"][: point.first_summed]
+            begin = begin[begin < stop - TOLERANCE]
+            assert np.array_equal(one.impacts["elapsed"][: len(begin)], begin), seed
             found += 1
             if one.outcome in ("ambiguous", "inconsistent", "event-limit"):
                 ended += 1  # rounding errors decide what is left of the motion

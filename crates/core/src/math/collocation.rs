@@ -36,6 +36,34 @@ pub(crate) fn powers<const M: usize>(places: &[f64; M]) -> SMatrix<f64, M, M> {
     found
 }
 
+/// The coefficients x_m, m = 1, …, M, of K polynomials Σ_m x_m s^m with these values at these places, in ascending order, by Newton's divided
+/// differences [Björck & Pereyra 1970]: small coefficients have small errors, which an inverse matrix would not give.
+pub(crate) fn coefficients<const M: usize, const K: usize>(
+    places: &[f64; M],
+    values: &mut [[f64; K]; M],
+) {
+    for (row, s) in values.iter_mut().zip(places) {
+        row.iter_mut().for_each(|x| *x /= s);
+    }
+    for k in 1..M {
+        for i in (k..M).rev() {
+            let (below, own) = values.split_at_mut(i);
+            let step = 1.0 / (places[i] - places[i - k]);
+            for (x, before) in own[0].iter_mut().zip(&below[i - 1]) {
+                *x = (*x - before) * step;
+            }
+        }
+    }
+    for k in (0..M - 1).rev() {
+        for i in k..M - 1 {
+            let (own, above) = values.split_at_mut(i + 1);
+            for (x, next) in own[i].iter_mut().zip(&above[0]) {
+                *x -= places[k] * next;
+            }
+        }
+    }
+}
+
 /// r^m − 1, m = 1, …, M, by r^m − 1 = r (r^{m−1} − 1) + (r − 1), without cancellation.
 pub(crate) fn changes<const M: usize>(ratio: f64) -> [f64; M] {
     let mut change = 0.0;
@@ -67,6 +95,18 @@ pub(crate) fn doubt<const M: usize>(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn coefficients_of_polynomials_are_found() {
+        let places = places::<6>();
+        let known = [[1.0, -2.0], [3.0, 0.0], [-0.5, 1e-9], [0.0, 2.0], [1e-12, 0.0], [7.0, 1e-6]];
+        let mut found = places
+            .map(|s| [0, 1].map(|k| known.iter().rev().fold(0.0, |sum, term| (sum + term[k]) * s)));
+        coefficients(&places, &mut found);
+        for (term, known) in found.iter().flatten().zip(known.iter().flatten()) {
+            assert!((term - known).abs() < 1e-13, "{term} {known}");
+        }
+    }
 
     #[test]
     fn the_last_coefficients_vanish_for_polynomials_of_lower_degree_only() {

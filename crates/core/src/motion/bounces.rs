@@ -28,16 +28,14 @@
 //! one by one where an impact neither stops the slide nor keeps it: as Moreau's law with tangential restitution and Chatterjee and Ruina's law do, and where
 //! the slide turns back in each impact.
 
-use std::sync::LazyLock;
-
-use nalgebra::{Const, LU, SMatrix, SVector, Vector2};
+use nalgebra::{SVector, Vector2};
 
 use crate::body::contact::ContactLetters;
 use crate::body::posture::Posture;
 use crate::collisions::full::FullState;
 use crate::flight::{GapArc, parabola_touchdown};
 use crate::impact::friction::{self, Material, Matrix};
-use crate::math::collocation::{changes as changes_of_powers, doubt, places, powers};
+use crate::math::collocation::{changes as changes_of_powers, coefficients, doubt, places};
 use crate::math::mass_vector::MassVector;
 use crate::math::turn::Turn;
 use crate::modes::Mode;
@@ -58,15 +56,17 @@ const FIRST_ATTEMPT: usize = 2;
 /// The same under Newton's law with two contacts, where an attempt costs as much as several hundred bounces.
 const MANY_BOUNCES: usize = 64;
 
-/// Degree of the polynomials.
-const DEGREE: usize = 6;
+/// Degree of the polynomials. Half of it serves where the body hardly turns, and tells how large the error of the whole will be.
+const DEGREE: usize = 8;
 
-/// The places s_j, and the equations s_j^m x_m = y_j.
-static COLLOCATION: LazyLock<Collocation> = LazyLock::new(|| {
-    let places = places();
-    (places, powers(&places).lu())
-});
-type Collocation = ([f64; DEGREE], LU<f64, Const<DEGREE>, Const<DEGREE>>);
+/// Error beyond which a polynomial is given up before the iteration has converged, in those that are allowed.
+const HOPELESS: f64 = 4.0;
+
+/// Of the error of a polynomial, the square of that with half the degree is so many times as large.
+const SQUARE: f64 = 300.0;
+
+/// Change in the last iteration, relative to the error of the polynomial, at which this error is known.
+const KNOWN: f64 = 0.1;
 
 /// Rotation until the limit, in rad, up to which a sum is tried: the iteration converges fast. It has no effect on the result.
 const MOST_TURN: f64 = 0.02;
@@ -112,30 +112,33 @@ impl Grip {
 }
 
 /// All further bounces of a contact, as a function of s.
-struct Sum {
-    /// The coefficients c_m, m = 1, …, M.
-    terms: SMatrix<f64, DEGREE, 5>,
-    /// The speed u, and the coefficients a_m, m = 2, …, M + 1.
+struct Sum<const M: usize> {
+    /// The coefficients c_m, m = 1, …, M, and a_m, m = 2, …, M + 1.
+    terms: [[f64; 6]; M],
+    /// The speed u.
     speed: f64,
-    high: SVector<f64, DEGREE>,
     /// Estimate of the error of the time, in s.
     error: f64,
 }
 
-impl Sum {
+impl<const M: usize> Sum<M> {
     /// The change up to s, and the speed u there.
     fn at(&self, s: f64) -> (Change, f64) {
         let (mut power, mut change, mut speed) = (1.0, Change::zeros(), self.speed * s);
-        for m in 0..DEGREE {
+        for terms in &self.terms {
             power *= s;
             for k in 0..5 {
-                change[k] += self.terms[(m, k)] * (power - 1.0);
+                change[k] += terms[k] * (power - 1.0);
             }
-            speed += self.high[m] * (power * s - s);
+            speed += terms[5] * (power * s - s);
         }
         (change, speed)
     }
 }
+
+/// A polynomial that is not accurate enough: what its error is, and what that of the polynomial with twice the degree will be, in those that are
+/// allowed. `None`: there is no polynomial.
+type Failed = Option<[f64; 2]>;
 
 /// One contact, on the ground after an impact.
 struct Bouncing<'a> {
@@ -240,51 +243,54 @@ impl Bouncing<'_> {
     }
 
     /// All further bounces, if the polynomial is accurate to `unit` beside the rounding error of the changes.
-    fn sum(&self, unit: &Change) -> Result<Sum, Retry> {
+    fn sum<const M: usize>(&self, unit: &Change) -> Result<Sum<M>, Failed> {
         let u = self.body.points[self.i].u;
-        let (places, powers) = &*COLLOCATION;
-        let (mut changes, mut speeds) = ([Change::zeros(); DEGREE], places.map(|s| s * u));
+        let places: [f64; M] = places();
+        let (mut changes, mut speeds) = ([Change::zeros(); M], places.map(|s| s * u));
         let mut last = Change::zeros();
         for k in 0..ITERATIONS {
-            let ratio = self.ratio(&last).ok_or(Retry::Later)?;
-            let (mut gains, mut excess) =
-                (SMatrix::<f64, DEGREE, 5>::zeros(), SVector::<f64, DEGREE>::zeros());
-            for j in 0..DEGREE {
-                let (gain, more) =
-                    self.bounce(&changes[j], speeds[j], ratio).ok_or(Retry::Later)?;
-                gains.set_row(j, &gain.transpose());
-                excess[j] = more / (places[j] * ratio);
-            }
+            let ratio = self.ratio(&last).ok_or(None)?;
             // Both equations are s_j^m x_m = y_j, the second one after a division by s_j r.
-            let solved = powers.solve(&gains).zip(powers.solve(&excess));
-            let (mut terms, mut high) = solved.ok_or(Retry::Later)?;
-            for (m, change) in changes_of_powers::<DEGREE>(ratio).iter().enumerate() {
-                for k in 0..5 {
-                    terms[(m, k)] /= change;
-                }
-                high[m] /= change;
+            let mut terms = [[0.0; 6]; M];
+            for j in 0..M {
+                let (gain, more) = self.bounce(&changes[j], speeds[j], ratio).ok_or(None)?;
+                terms[j][..5].copy_from_slice(gain.as_slice());
+                terms[j][5] = more / (places[j] * ratio);
             }
-            let mut sum = Sum { terms, speed: u, high, error: 0.0 };
+            coefficients(&places, &mut terms);
+            for (row, change) in terms.iter_mut().zip(changes_of_powers::<M>(ratio)) {
+                row.iter_mut().for_each(|term| *term /= change);
+            }
+            let mut sum = Sum { terms, speed: u, error: 0.0 };
             let (limit, _) = sum.at(0.0);
             let allowed = unit + limit.abs() * (BOUNCE_CHANGE * f64::EPSILON);
-            let within = |change: Change| (0..5).all(|k| change[k].abs() <= allowed[k]);
-            for j in 0..DEGREE {
+            for j in 0..M {
                 (changes[j], speeds[j]) = sum.at(places[j]);
             }
             if speeds.iter().any(|speed| !(*speed > 0.0)) {
-                return Err(Retry::Later);
+                return Err(None);
             }
-            if k > 0 && within(limit - last) {
+            let step = (limit - last).abs();
+            let converged = (0..5).all(|k| step[k] <= allowed[k]);
+            if k > 0 {
                 let doubt = Change::from_fn(|k, _| {
-                    doubt(limit[k], places, changes.map(|change| change[k]), NEXT_TERM)
+                    doubt(limit[k], &places, changes.map(|change| change[k]), NEXT_TERM)
                 });
-                sum.error = doubt[0] + unit[0] + rounding(limit[0], ratio);
                 let most = doubt.component_div(&allowed).amax();
-                return if most <= 1.0 { Ok(sum) } else { Err(Retry::Smaller(most)) };
+                let known = (0..5).all(|k| step[k] <= KNOWN * doubt[k] || step[k] <= allowed[k]);
+                if most > 1.0 && converged || most > HOPELESS && known {
+                    let twice = (0..5)
+                        .map(|k| doubt[k] / allowed[k] * (doubt[k] / (SQUARE * limit[k])).abs());
+                    return Err(Some([most, twice.filter(|x| x.is_finite()).fold(0.0, f64::max)]));
+                }
+                if converged {
+                    sum.error = doubt[0] + unit[0] + rounding(limit[0], ratio);
+                    return Ok(sum);
+                }
             }
             last = limit;
         }
-        Err(Retry::Later)
+        Err(None)
     }
 }
 
@@ -320,7 +326,7 @@ impl Bouncing<'_> {
 
     /// Returns true if no other contact lands, no corner of the ground meets a side, no end of the ground is passed and no other piece of
     /// it is met before the limit.
-    fn is_alone(&self, sum: &Sum, posture: &Posture, edges: &EdgeWatch) -> bool {
+    fn is_alone<const M: usize>(&self, sum: &Sum<M>, posture: &Posture, edges: &EdgeWatch) -> bool {
         let (body, p) = (self.body, &self.body.points[self.i]);
         let (duration, size) = (sum.at(0.0).0[0], posture.size());
         let at = |k: usize| sum.at(1.0 - k as f64 / INTERVALS as f64);
@@ -427,7 +433,25 @@ impl Driver<'_> {
         if turn > MOST_TURN {
             return Err(Retry::Smaller(turn / MOST_TURN));
         }
-        let sum = bouncing.sum(&unit)?;
+        match bouncing.sum::<{ DEGREE / 2 }>(&unit) {
+            Ok(sum) => self.at_limit(&bouncing, &sum, fastest),
+            Err(Some([_, twice])) if twice <= HOPELESS => match bouncing.sum::<DEGREE>(&unit) {
+                Ok(sum) => self.at_limit(&bouncing, &sum, fastest),
+                Err(failed) => Err(failed.map_or(Retry::Later, |[most, _]| Retry::Smaller(most))),
+            },
+            Err(failed) => Err(failed.map_or(Retry::Later, |[_, twice]| Retry::Smaller(twice))),
+        }
+    }
+
+    /// The limit of this sum, if nothing else happens before it.
+    fn at_limit<const M: usize>(
+        &self,
+        bouncing: &Bouncing<'_>,
+        sum: &Sum<M>,
+        fastest: f64,
+    ) -> Result<Settled, Retry> {
+        let Bouncing { body, i, grip, .. } = *bouncing;
+        let Some(posture) = self.record.subject.posture() else { return Err(Retry::Later) };
         let limit = sum.at(0.0).0;
         let duration = limit[0];
         // Looked at last: a change that comes after the limit does not decide at which impacts a sum is tried.
@@ -441,7 +465,7 @@ impl Driver<'_> {
                 return Err(Retry::Later);
             }
         }
-        if !bouncing.is_alone(&sum, posture, &self.edges) {
+        if !bouncing.is_alone(sum, posture, &self.edges) {
             return Err(Retry::Later);
         }
         Ok(Settled { state: Moving::Turning(Box::new(end)), duration, error: sum.error })
@@ -467,7 +491,7 @@ impl Driver<'_> {
         match found {
             Ok(end) => Some(self.settle_at(i, end)),
             Err(retry) => {
-                self.bounces.wait(retry, material.restitution, DEGREE);
+                self.bounces.wait(retry, material.restitution, DEGREE - 1);
                 None
             }
         }
@@ -486,7 +510,7 @@ impl Driver<'_> {
         match self.limit_of_bounces(&body, i, [0.0, 1.0], material, fastest) {
             Ok(end) => Some(end),
             Err(retry) => {
-                self.bounces.wait(retry, restitution, DEGREE);
+                self.bounces.wait(retry, restitution, DEGREE - 1);
                 None
             }
         }

@@ -2,8 +2,8 @@
 
 use nalgebra::Vector3;
 
+use crate::body::contact::{ContactValues, PerContact};
 use crate::body::terrain::Place;
-use crate::collisions::log::Spin;
 use crate::math::clock::Clock;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::math::turn::Turn;
@@ -20,13 +20,14 @@ const FIRST_ATTEMPT: usize = 2;
 /// Ratio of the landing speeds of successive laps above which there are so many that an attempt is worth its cost.
 const SLOW: f64 = 0.3;
 
-/// The cycles of two contacts.
+/// The cycles of two points.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct NestedSequence {
-    /// For each contact: the last cycle that ended with its landing.
+    /// The two points, and for each of them the last cycle that ended with its landing.
+    pair: [usize; 2],
     last: [Option<Cycle>; 2],
-    /// For each contact: since when it was held last while it slid to the left, stuck, and slid to the right.
-    slides: [[Option<Clock>; 3]; 2],
+    /// For each point: since when it was held last while it slid to the left, stuck, and slid to the right.
+    slides: ContactValues<[Option<Clock>; 3]>,
     /// The largest sliding speed that counted as zero, in m/s.
     dropped: f64,
 }
@@ -70,6 +71,8 @@ pub(super) struct Cycle {
 /// The sum of all further cycles.
 #[derive(Debug, Clone)]
 pub(super) struct CycleSum {
+    /// The two points.
+    pub(super) pair: [usize; 2],
     /// Displacement until the limit.
     pub(super) way: Coordinates,
     /// Velocity at the limit.
@@ -113,9 +116,10 @@ impl NestedSequence {
 
     /// Records that friction acts at contact `i` from this time on, which slides in this direction, or sticks (0).
     pub(crate) fn rubs(&mut self, i: usize, way: f64, clock: Clock) {
-        if let Some(slides) = self.slides.get_mut(i) {
-            slides[(way + 1.0) as usize] = Some(clock);
+        if self.slides.len() <= i {
+            self.slides.resize(i + 1, [None; 3]);
         }
+        self.slides[i][(way + 1.0) as usize] = Some(clock);
     }
 
     pub(crate) fn drop(&mut self, speed: f64) {
@@ -132,7 +136,7 @@ impl NestedSequence {
         self.last = [None, None];
     }
 
-    /// Contact `b` lands while the other is held. Cycles from one such landing to the next that shrink in one ratio r, with all
+    /// Point `b` lands while point `k` alone is held. Cycles from one such landing to the next that shrink in one ratio r, with all
     /// times and all changes of velocity, are summed:
     ///
     /// ```text
@@ -143,7 +147,7 @@ impl NestedSequence {
     /// alone determines the motion after it, up to its scale, so that one cycle shows all.
     pub(super) fn next(
         &mut self,
-        b: usize,
+        [b, k]: [usize; 2],
         alone: bool,
         (now, size): (&Moving, f64),
         clock: Clock,
@@ -151,20 +155,26 @@ impl NestedSequence {
         left: f64,
     ) -> Option<CycleSum> {
         let (q, qdot, rate) = (now.displacement(), now.velocity(), now.point(b).1);
+        let pair = [b.min(k), b.max(k)];
+        if pair != self.pair {
+            self.forget();
+            self.pair = pair;
+        }
+        let own = usize::from(b > k);
         let start = Cycle {
             clock,
             q: q.clone(),
             qdot: qdot.clone(),
             rate,
-            places: [0, 1].map(|i| now.place(i)),
+            places: pair.map(|i| now.place(i)),
             ratio: f64::NAN,
             change: Coordinates::zeros(q.len()),
             duration: f64::NAN,
         };
-        let last = self.last[b].replace(start)?;
+        let last = self.last[own].replace(start)?;
         let (ratio, dt) = (rate / last.rate, clock.since(last.clock));
         let gained = qdot.plus(&last.qdot, -1.0);
-        if let Some(cycle) = &mut self.last[b] {
+        if let Some(cycle) = &mut self.last[own] {
             (cycle.ratio, cycle.change, cycle.duration) = (ratio, gained.clone(), dt);
         }
         let sum = ratio / (1.0 - ratio);
@@ -198,18 +208,20 @@ impl NestedSequence {
         let turns_back = |i: usize| {
             let slip = limit.slip(i);
             let in_cycle = |when: &Option<Clock>| when.is_some_and(|t| t.since(last.clock) >= 0.0);
-            let [left, sticks, right] = self.slides[i].each_ref().map(in_cycle);
+            let slides = self.slides.get(i).unwrap_or(&[None; 3]);
+            let [left, sticks, right] = slides.each_ref().map(in_cycle);
             now.slip(i) * slip < 0.0 && slip.abs() > tolerance
                 || now.friction(i) > 0.0
                     && ((left || sticks) && slip > tolerance
                         || (right || sticks) && slip < -tolerance)
         };
-        if !reached && (0..2).any(turns_back) {
+        if !reached && pair.into_iter().any(turns_back) {
             return None;
         }
         let missing = self.missing(now.gravity());
         let error = if repeats { change + (rounding * t + missing) / (1.0 - ratio) } else { t };
         Some(CycleSum {
+            pair,
             way,
             velocity: v,
             duration: t,
@@ -224,37 +236,56 @@ impl NestedSequence {
 }
 
 impl CycleSum {
-    /// The body at the limit, on its ground; `None` if a point may come to an end of its piece before. `speed`: bound of the speeds of points at
-    /// the start of the last cycle, in m/s.
-    pub(super) fn end(&self, body: &BodyState, speed: f64) -> Option<BodyState> {
-        let Self { way, velocity, duration: t, before, last: dt, rest, .. } = self;
+    /// The body at the limit, on its ground. `None`: a point may come to an end of its piece before, or a third one to the ground. `speed`: bound
+    /// of the speeds of points at the start of the last cycle, in m/s; `third`: whether a point is at most so far from the ground, in m.
+    pub(super) fn end(
+        &self,
+        body: &BodyState,
+        speed: f64,
+        third: impl Fn(usize, f64) -> bool,
+    ) -> Option<BodyState> {
+        let Self { pair, way, velocity, duration: t, before, last: dt, rest, .. } = self;
         let [way, v] = [way, velocity].map(|v| Vector3::of(3, v.iter()));
-        let far = t * (speed + body.gravity * dt);
-        let room =
-            |p: &ContactState| p.place.sides.iter().all(|side| *side > REMAINDER_FACTOR * far);
-        let stays = (0..2).all(|i| body.points[i].place.piece == before.places[i].piece);
-        if !(stays && !body.turns() && body.points.iter().all(room)) {
+        let far = REMAINDER_FACTOR * t * (speed + body.gravity * dt);
+        let room = |p: &ContactState| p.place.sides.iter().all(|side| *side > far);
+        let stays = pair
+            .iter()
+            .zip(&before.places)
+            .all(|(&i, old)| body.points[i].place.piece == old.piece);
+        let lands = (0..body.points.len()).any(|i| !pair.contains(&i) && third(i, far));
+        if !stays || lands || body.turns() || !body.points.iter().all(room) {
             return None;
         }
         let mut end = body.clone();
-        (end.center.v, end.center.r) = (v.xy(), body.center.r + way.xy());
-        end.spin = Spin { theta: body.spin.theta + way.z, omega: v.z };
+        (end.center.v, end.spin.omega) = (v.xy(), v.z);
         // The distances to the ends of the pieces have the same sums. Near an end they are known better than positions.
-        for (i, old) in before.places.iter().enumerate() {
-            let place = body.points[i].place;
-            for side in (0..2).filter(|&side| place.sides[side] < f64::INFINITY) {
-                let (now, rate) = (place.sides[side], end.side(i, side).u);
-                let way = rate * t + (now - old.sides[side] - rate * dt) * rest;
-                end.points[i].place.sides[side] = (now + way).max(0.0);
-            }
-        }
-        let onward = Turn::by(way.z);
-        for p in &mut end.points {
-            (p.h, p.u) = (0.0, 0.0);
-            (p.b, p.c) = p.turned(&onward);
+        let known = pair.iter().zip(&before.places).map(|(&i, old)| {
+            let now = body.points[i].place.sides;
+            [0, 1].map(|side| {
+                if now[side] == f64::INFINITY {
+                    return f64::INFINITY;
+                }
+                let rate = end.side(i, side).u;
+                let way = rate * t + (now[side] - old.sides[side] - rate * dt) * rest;
+                (now[side] + way).max(0.0)
+            })
+        });
+        let known: PerContact<[f64; 2]> = known.collect();
+        end.spin.theta += way.z;
+        end.displace(&way.xy(), &Turn::by(way.z));
+        let BodyState { points, center, spin, .. } = &mut end;
+        points.iter_mut().for_each(|p| p.u = p.normal.dot(&center.v) + p.b * spin.omega);
+        for (&i, sides) in pair.iter().zip(known) {
+            (points[i].h, points[i].u, points[i].place.sides) = (0.0, 0.0, sides);
         }
         Some(end)
     }
+}
+
+/// The point that alone is held in this word.
+pub(super) fn only_held(word: &[Mode]) -> Option<usize> {
+    let mut held = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
+    held.next().filter(|_| held.next().is_none())
 }
 
 /// The laps of two points.
@@ -314,8 +345,7 @@ mod tests {
     use nalgebra::Vector2;
 
     use super::*;
-    use crate::body::contact::PerContact;
-    use crate::collisions::log::Center;
+    use crate::collisions::log::{Center, Spin};
     use crate::sustained::Rounding;
 
     /// A rod that slides at v on level ground without friction; contact 2 lands with this speed.
@@ -371,8 +401,8 @@ mod tests {
         let mut land = |power: f64, speed: f64, time: f64, x: f64| {
             let (body, clock) = (landing(x, v + d * power, speed), Clock::default().after(time));
             let now = Moving::Turning(Box::new(body.clone()));
-            let sum = cycles.next(1, false, (&now, 1.0), clock, 10.0, f64::INFINITY)?;
-            Some((sum.end(&body, now.speed_of(&sum.before.qdot, 1.0))?, sum))
+            let sum = cycles.next([1, 0], false, (&now, 1.0), clock, 10.0, f64::INFINITY)?;
+            Some((sum.end(&body, now.speed_of(&sum.before.qdot, 1.0), |_, _| true)?, sum))
         };
         for (power, speed, time) in [(1.0, speeds[0], 1.0), (r, speeds[1], 1.0 + dt[0])] {
             assert!(land(power, speed, time, x).is_none());

@@ -22,7 +22,7 @@ use crate::impact::friction::NO_FRICTION;
 use crate::math::clock::Clock;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::modes::{Jamming, Mode};
-use crate::motion::cycles::{Lap, NestedSequence, Rocking};
+use crate::motion::cycles::{Lap, NestedSequence, Rocking, only_held};
 use crate::motion::ground::{Ground, OnGround};
 use crate::motion::ground_watch::GroundWatch;
 use crate::motion::moving::{Moving, REFRESH};
@@ -789,15 +789,20 @@ impl<'a> Driver<'a> {
         if let Some(end) = self.ends_lap(b, word) {
             return DriverStep::End(end);
         }
-        if self.state.count() == 2 {
-            if let Some(end) = self.stop_slowly(-self.state.point(b).1) {
-                return end.into();
-            }
-            if let Some(end) = self.sum_cycles(b) {
-                return end.into();
-            }
+        if self.state.count() == 2
+            && let Some(end) = self.stop_slowly(-self.state.point(b).1)
+        {
+            return end.into();
         }
-        self.sum_rocking(b, word).map_or(DriverStep::Piece, DriverStep::from)
+        let Some(k) = only_held(word).filter(|_| self.lap.is_none()) else {
+            return DriverStep::Piece;
+        };
+        if (self.state.count() == 2 || self.state.turning().is_some())
+            && let Some(end) = self.sum_cycles(b, k)
+        {
+            return end.into();
+        }
+        self.sum_rocking([b, k], word[k]).map_or(DriverStep::Piece, DriverStep::from)
     }
 }
 

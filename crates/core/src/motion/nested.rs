@@ -10,10 +10,10 @@ use crate::outcome::{Outcome, ZenoMethod};
 use crate::zeno::Gaps;
 
 impl Driver<'_> {
-    /// Contact `b` lands while the other of two contacts is held. If all further cycles are known, moves to their limit.
-    pub(super) fn sum_cycles(&mut self, b: usize) -> Option<Option<Outcome>> {
-        let limit = self.limit_of_cycles(b)?;
-        self.go_to_limit(&[0, 1], limit)
+    /// Point `b` lands while point `k` alone is held. If all further cycles are known, moves to their limit.
+    pub(super) fn sum_cycles(&mut self, b: usize, k: usize) -> Option<Option<Outcome>> {
+        let limit = self.limit_of_cycles(b, k)?;
+        self.go_to_limit(&[b.min(k), b.max(k)], limit)
     }
 
     /// Moves to this limit, at which these points come to rest.
@@ -36,7 +36,7 @@ impl Driver<'_> {
         Some(self.settle(points, Some(method), certified, error, 0.0))
     }
 
-    fn limit_of_cycles(&mut self, b: usize) -> Option<Limit> {
+    fn limit_of_cycles(&mut self, b: usize, k: usize) -> Option<Limit> {
         let (clock, left, fastest) = (self.log.clock, self.log.left(), self.fastest);
         // Without friction the gaps over constant rows move by themselves, and all their motions scale.
         let alone = match &self.state {
@@ -46,13 +46,19 @@ impl Driver<'_> {
             _ => None,
         };
         let (state, size) = (&self.state, self.place);
-        let sum = self.cycles.next(b, alone.is_some(), (state, size), clock, fastest, left)?;
+        let sum = self.cycles.next([b, k], alone.is_some(), (state, size), clock, fastest, left)?;
         let (t, repeats, error) = (sum.duration, sum.repeats, sum.error);
         let certified = alone.is_some() && repeats;
         let (end, tail) = match (state, alone) {
             (Moving::Turning(body), _) => {
-                let speed = state.speed_of(&sum.before.qdot, size);
-                (Moving::Turning(Box::new(sum.end(body, speed)?)), Tail::Collisions)
+                let (speed, posture) =
+                    (state.speed_of(&sum.before.qdot, size), self.record.subject.posture()?);
+                let third = |i: usize, far: f64| {
+                    let p = &body.points[i];
+                    p.depth > 0.0 || p.h <= far || !body.is_far_from_others(i, posture, far)
+                };
+                let end = sum.end(body, speed, third)?;
+                (Moving::Turning(Box::new(end)), Tail::Collisions)
             }
             (Moving::Frozen(rows), Some(model)) => {
                 let end = rows.hit(t, &model.settle(&rows.gaps(), t), &Gaps::default());

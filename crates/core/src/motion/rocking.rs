@@ -19,7 +19,7 @@ use crate::body::posture::Posture;
 use crate::math::collocation::{doubt, places, steps};
 use crate::math::turn::Turn;
 use crate::modes::Mode;
-use crate::motion::cycles::{Lap, Limit};
+use crate::motion::cycles::{Lap, Limit, only_held};
 use crate::motion::driver::Driver;
 use crate::motion::moving::Moving;
 use crate::motion::record::Tail;
@@ -171,12 +171,6 @@ impl<'a> Seesaw<'a> {
     }
 }
 
-/// The point that alone is held in this word.
-fn only_held(word: &[Mode]) -> Option<usize> {
-    let mut held = (0..word.len()).filter(|&i| word[i] != Mode::Separate);
-    held.next().filter(|_| held.next().is_none())
-}
-
 impl Driver<'_> {
     /// The outcome of the run of a lap if it ends with this landing.
     pub(super) fn ends_lap(&mut self, b: usize, word: &[Mode]) -> Option<Outcome> {
@@ -191,13 +185,16 @@ impl Driver<'_> {
         })
     }
 
-    /// Point `b` lands while others are held in this word. If the limit of all that follows is known, moves to it.
-    pub(super) fn sum_rocking(&mut self, b: usize, word: &[Mode]) -> Option<Option<Outcome>> {
-        let k = only_held(word).filter(|_| self.lap.is_none())?;
+    /// Point `b` lands while point `k` alone is held in this mode. If the limit of all that follows is known, moves to it.
+    pub(super) fn sum_rocking(
+        &mut self,
+        [b, k]: [usize; 2],
+        mode: Mode,
+    ) -> Option<Option<Outcome>> {
         if !self.rocking.follow(b, k, -self.state.point(b).1) {
             return None;
         }
-        match self.limit_of_rocking(b, k, word[k]) {
+        match self.limit_of_rocking(b, k, mode) {
             Ok(limit) => self.go_to_limit(&[b, k], limit),
             Err(retry) => {
                 self.rocking.wait(retry, DEGREE);
