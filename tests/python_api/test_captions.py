@@ -120,7 +120,7 @@ RUNS = {
         lambda: sf.load(EXAMPLES / "rocking_block.toml").simulate(),
         "Outcome: rest at t = {t} s; 22 Zeno points",
         "Zeno points (infinitely many impacts end), contacts on the ground from the start",
-        "; 90 collisions, 22 Zeno points, contact 1 on the ground from the start>",
+        "; 70 collisions, 22 Zeno points, contact 1 on the ground from the start>",
         False,
     ),
     "a plastic rocking block: its landings accumulate": (

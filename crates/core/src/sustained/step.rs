@@ -230,26 +230,31 @@ impl Track {
 }
 
 impl Track {
-    /// Coefficients k + 1 of the gap, its rate and the sliding speed from coefficient k of v̇ and of ω̇, with b ω̇ − c ω² = (b₀, −c₀)·a and
-    /// c ω̇ + b ω² = (c₀, b₀)·a:
+    /// Coefficient k + 1 of the sliding speed from coefficient k of v̇ and of ω̇, with c ω̇ + b ω² = (c₀, b₀)·a:
     ///
     /// ```text
-    /// u̇ = n·v̇ + b ω̇ − c ω²,   v̇_t = t·v̇ − c ω̇ − b ω²
+    /// v̇_t = t·v̇ − c ω̇ − b ω²
     /// ```
     #[inline]
-    fn advance(&mut self, p: &ContactState, push: &Vector2<f64>, turn: f64, a: [f64; 2], k: usize) {
-        let next = 1.0 / (k + 1) as f64;
-        if self.mode == Mode::Separate {
-            if !self.pinned {
-                self.h[k + 1] = self.u[k] * next;
-                self.u[k + 1] = (p.normal.dot(push) + dot([p.b, -p.c], a)) * next;
-            }
-        } else if !self.stuck {
-            let mut slip = p.tangent.dot(push) - dot([p.c, p.b], a);
-            if p.radius > 0.0 {
-                slip += p.radius * turn;
-            }
-            self.slip[k + 1] = slip * next;
+    fn slide(&mut self, p: &ContactState, push: &Vector2<f64>, turn: f64, a: [f64; 2], k: usize) {
+        let mut slip = p.tangent.dot(push) - dot([p.c, p.b], a);
+        if p.radius > 0.0 {
+            slip += p.radius * turn;
+        }
+        self.slip[k + 1] = slip / (k + 1) as f64;
+    }
+
+    /// The gap and its rate of a point in the air, from v and from the derivative `spun` of (sin Δθ, −cos Δθ):
+    ///
+    /// ```text
+    /// u = n·v + (b₀, −c₀)·spun
+    /// ```
+    #[inline]
+    fn fly(&mut self, p: &ContactState, v: &[Series; 2], spun: &Pair, order: usize) {
+        for k in 1..order {
+            let turned = p.b * spun[k][0] - p.c * spun[k][1];
+            self.u[k] = p.normal.x * v[0][k] + p.normal.y * v[1][k] + turned;
+            self.h[k] = self.u[k - 1] / k as f64;
         }
     }
 }
@@ -372,9 +377,16 @@ fn reach(tracks: &[Track], rotation: &[[f64; 2]; ORDER], omega: &Series, order: 
     let arms = |lever: [f64; 2]| [0, 1, 2, order - 2, order - 1].map(|k| dot(lever, rotation[k]));
     let mut all: SmallVec<[[f64; 5]; 17]> = SmallVec::new();
     all.push(ends(omega));
-    for Track { mode, arm: [b, c], normal, tangential, .. } in tracks {
-        all.extend([arms([*b, -c]), arms([*c, *b])]);
-        if *mode != Mode::Separate {
+    let square = |track: &Track| dot(track.arm, track.arm);
+    let longest = tracks.iter().map(square).fold(0.0, f64::max);
+    for track in tracks {
+        let Track { arm: [b, c], normal, tangential, .. } = track;
+        let held = track.mode != Mode::Separate;
+        // The arms of points in the air are known as well as the longest one.
+        if held || square(track) == longest {
+            all.extend([arms([*b, -c]), arms([*c, *b])]);
+        }
+        if held {
             all.extend([ends(normal), ends(tangential)]);
         }
     }
@@ -460,6 +472,8 @@ impl Step {
         let forces = Unknowns::new(independent, state, modes)?;
         let n = forces.unknowns.len();
         let first = Factors::of(forces.matrix, n);
+        let slides = |i: &usize| modes[*i] != Mode::Separate && !tracks[*i].stuck;
+        let sliding: SmallVec<[usize; 4]> = (0..tracks.len()).filter(slides).collect();
         let mut torque = [[0.0; 2]; ORDER]; // Σ arm f, of the forces f and their arms at the start
         for k in 0..order {
             let next = 1.0 / (k + 1) as f64;
@@ -523,8 +537,13 @@ impl Step {
             rotation[k + 1] = [-spun[k][1] * next, spun[k][0] * next];
             // The second derivative of (sin Δθ, −cos Δθ).
             let a = [turned[0] + turn - curved[1], turned[1] + curved[0]];
-            for (track, p) in tracks.iter_mut().zip(&state.points) {
-                track.advance(p, &push, turn, a, k);
+            for &i in &sliding {
+                tracks[i].slide(&state.points[i], &push, turn, a, k);
+            }
+        }
+        for (track, p) in tracks.iter_mut().zip(&state.points) {
+            if track.mode == Mode::Separate && !track.pinned {
+                track.fly(p, &v, &spun, order);
             }
         }
         let reach = state.within_changing_load(reach(&tracks, &rotation, &omega, order));
