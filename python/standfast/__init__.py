@@ -18,7 +18,9 @@ Units are SI, angles are in rad, counterclockwise. Pairs have the order (tangent
 normal). Contacts are numbered from 1.
 """
 
-from standfast import certificate
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
 from standfast._core import (
     Chain,
     Contact,
@@ -77,6 +79,21 @@ from standfast.explorer import explore
 from standfast.kicks import robustness
 from standfast.maps import plot_map, sweep
 from standfast.records import read_record
+
+if TYPE_CHECKING:
+    from standfast import certificate
+
+
+def __getattr__(name: str) -> Any:
+    """The module of certificates, which is a quarter of the time of `import standfast`, is imported when it is first used."""
+    if name == "certificate":
+        return import_module("standfast.certificate")
+    raise AttributeError(f"module 'standfast' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
+
 
 __all__ = [
     "Chain",

@@ -6,7 +6,6 @@
 import math
 import os
 import sys
-import webbrowser
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from io import TextIOWrapper
@@ -27,8 +26,6 @@ from cyclopts import (
 import standfast as sf
 from standfast._core import load_any, write_whole
 from standfast.animation import NEEDS, SUFFIXES
-from standfast.certificate_maker import same_scene
-from standfast.certificate_maker import scene as scene_of
 from standfast.report import account
 from standfast.table import map_table
 
@@ -217,6 +214,8 @@ def explore(
     browser
         Whether to open the address in the browser.
     """
+    import webbrowser
+
     from standfast.page import PATIENCE, explorer_page
     from standfast.server import serve
 
@@ -357,6 +356,9 @@ def check(
         found = sf.certificate.read(certificate)
         sf.certificate.check(found)
     if scene is not None:
+        from standfast.certificate_maker import same_scene
+        from standfast.certificate_maker import scene as scene_of
+
         posture = sf.load(scene).posture
         with _of(scene):
             touching = sf.stability(posture).contacts

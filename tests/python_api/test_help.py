@@ -2,6 +2,8 @@
 
 import pickle
 import pydoc
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -152,3 +154,22 @@ def test_many_runs_with_kicks_are_the_single_runs():
     assert not (still.q == runs.q).all(axis=1).any()
     with pytest.raises(ValueError, match=r"kicks\.1\.time = -1"):
         sf.simulate_many(box, starts, (0, 0, 0), kicks=[sf.Kick(-1, (0, 0))])
+
+
+def test_what_an_import_leaves_for_later():
+    """`import standfast` does not import the checker of certificates, and finds it when it is used."""
+    program = """
+import sys
+import standfast as sf
+assert "standfast.certificate" not in sys.modules
+assert "certificate" in dir(sf)
+assert sf.certificate.check.__module__.startswith("standfast.certificate")
+try:
+    sf.certificates
+except AttributeError as error:
+    print(error)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout == "module 'standfast' has no attribute 'certificates'\n"
