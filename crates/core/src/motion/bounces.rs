@@ -78,8 +78,8 @@ const LANDS_BEFORE: f64 = 0.1;
 /// Most iterations.
 const ITERATIONS: usize = 20;
 
-/// Intervals of s in which the gaps of other contacts are bounded.
-const INTERVALS: usize = 32;
+/// Intervals of s in which the gaps of other contacts are bounded: few first, and more where these do not decide.
+const INTERVALS: [usize; 2] = [4, 32];
 
 /// t, way along the ground, θ, speed along the ground, ω; relative to the present state.
 type Change = SVector<f64, 5>;
@@ -329,19 +329,24 @@ impl Bouncing<'_> {
     fn is_alone<const M: usize>(&self, sum: &Sum<M>, posture: &Posture, edges: &EdgeWatch) -> bool {
         let (body, p) = (self.body, &self.body.points[self.i]);
         let (duration, size) = (sum.at(0.0).0[0], posture.size());
-        let at = |k: usize| sum.at(1.0 - k as f64 / INTERVALS as f64);
-        let spin = |k: usize| (body.spin.omega + at(k).0[4]).abs();
-        let omega = (0..=INTERVALS).map(spin).fold(0.0, f64::max);
+        let at = |k: usize, intervals: usize| sum.at(1.0 - k as f64 / intervals as f64);
+        let spin = |k: usize| (body.spin.omega + at(k, INTERVALS[0]).0[4]).abs();
+        let omega = (0..=INTERVALS[0]).map(spin).fold(0.0, f64::max);
         // The sum of all normal impulses stops the fall of the contact.
         let fall = duration * (body.gravity + size * omega * omega);
         let push = REMAINDER_FACTOR * (fall + p.u) * (1.0 + self.material.friction);
-        let drift = body.center.v.norm() + fall + push;
-        let moved = |arm: f64| duration * (drift + arm * (omega + push * size / body.rho2));
+        let turning = omega + push * size / body.rho2;
+        let moved_at = |speed: f64, arm: f64| duration * (speed + fall + push + arm * turning);
+        let moved = |arm: f64| moved_at(body.center.v.norm(), arm);
         let way = |j: usize| moved(body.points[j].arm().norm());
         if !edges.stay_off(posture, body, moved) {
             return false;
         }
-        let near = |j: usize| j != self.i && body.points[j].h <= way(j);
+        let near = |j: usize| {
+            let q = &body.points[j];
+            let speed = q.normal.dot(&body.center.v).abs();
+            j != self.i && q.h <= moved_at(speed, q.arm().norm())
+        };
         let within_ground = (0..body.points.len()).all(|j| {
             let q = &body.points[j];
             q.depth == 0.0
@@ -365,14 +370,17 @@ impl Bouncing<'_> {
         (0..body.points.len()).filter(|&j| near(j)).all(|j| {
             let q = &body.points[j];
             let pull = (body.pull(j).abs() + q.arm().norm() * omega * omega) * flight;
-            let (mut time, mut before) = (0.0, (q.h, q.u));
-            (1..=INTERVALS).all(|k| {
-                let (change, u) = at(k);
-                let after = gap(j, &change, u);
-                let speed = REMAINDER_FACTOR.sqrt() * (before.1.abs().max(after.1.abs()) + pull);
-                let stays = before.0 + after.0 > speed * (change[0] - time);
-                (time, before) = (change[0], after);
-                stays
+            INTERVALS.iter().any(|&intervals| {
+                let (mut time, mut before) = (0.0, (q.h, q.u));
+                (1..=intervals).all(|k| {
+                    let (change, u) = at(k, intervals);
+                    let after = gap(j, &change, u);
+                    let speed =
+                        REMAINDER_FACTOR.sqrt() * (before.1.abs().max(after.1.abs()) + pull);
+                    let stays = before.0 + after.0 > speed * (change[0] - time);
+                    (time, before) = (change[0], after);
+                    stays
+                })
             })
         })
     }
