@@ -26,9 +26,12 @@ pub fn compare(scenes: &Map<String, Value>) {
         let (seconds, run) =
             harness::timed(|| simulate(&posture, &state, &options).expect("a run"));
         let end = run.time();
-        let theirs = median_time(false, || box2d::run(&scene, "rest", end, 1.0 / 60.0));
+        let box2d = || box2d::run(&scene, "rest", end, 1.0 / 60.0);
+        let theirs = median_time(false, box2d);
+        let ([x, y], q) = (posture.fields().center_of_mass, run.state().q);
+        let apart = (box2d().q[0] - x - q.x).hypot(box2d().q[1] - y - q.y);
         println!(
-            "{name:8} {:10} at {end:.3} s: {:8.1} µs beside {:8.1} µs, {:.2} x",
+            "{name:8} {:10} at {end:.3} s: {:8.1} µs beside {:8.1} µs, {:.2} x; then {apart:.1e} m apart",
             run.outcome().to_string(),
             1e6 * seconds,
             1e6 * theirs,
