@@ -53,20 +53,22 @@ struct Sum {
 }
 
 impl Sum {
-    /// With polynomials of degree M, from the laps at every (16/M)-th place.
-    fn of<const M: usize>(laps: &[Lapped; M], places: &[f64; M]) -> Option<Self>
+    /// With polynomials of degree M, from the laps at every (16/M)-th place; `None`: one of them is missing.
+    fn of<const M: usize>(laps: &[Option<Lapped>; DEGREE], places: &[f64; DEGREE]) -> Option<Self>
     where
         Const<M>: ToTypenum + DimMin<Const<M>, Output = Const<M>>,
     {
-        let ratios = laps.map(|lap| lap.ratio);
-        let mut sides = SMatrix::<f64, M, 2>::zeros();
-        for (j, lap) in laps.iter().enumerate() {
-            (sides[(j, 0)], sides[(j, 1)]) = (-lap.time, -lap.way);
+        let at = |j: usize| (j + 1) * (DEGREE / M) - 1;
+        let places: [f64; M] = std::array::from_fn(|j| places[at(j)]);
+        let (mut ratios, mut sides) = ([0.0; M], SMatrix::<f64, M, 2>::zeros());
+        for (j, ratio) in ratios.iter_mut().enumerate() {
+            let lap = laps[at(j)]?;
+            (*ratio, sides[(j, 0)], sides[(j, 1)]) = (lap.ratio, -lap.time, -lap.way);
         }
-        let terms = steps::<M>(places, &ratios).lu().solve(&sides)?;
+        let terms = steps::<M>(&places, &ratios).lu().solve(&sides)?;
         let at = |k: usize, s: f64| (0..M).rev().fold(0.0, |sum, m| (sum + terms[(m, k)]) * s);
         let [time, way] = [0, 1].map(|k| at(k, 1.0));
-        let doubt = [0, 1].map(|k| doubt(0.0, places, places.map(|s| at(k, s)), NEXT_TERM));
+        let doubt = [0, 1].map(|k| doubt(0.0, &places, places.map(|s| at(k, s)), NEXT_TERM));
         let least = ratios.iter().fold(1.0, |least, ratio| f64::min(least, 1.0 - ratio));
         Some(Self { time, way, doubt, least })
     }
@@ -232,9 +234,9 @@ impl Driver<'_> {
                 }
             }
             let sum = match degree {
-                4 => sum_at::<4>(&laps, &places),
-                8 => sum_at::<8>(&laps, &places),
-                _ => sum_at::<16>(&laps, &places),
+                4 => Sum::of::<4>(&laps, &places),
+                8 => Sum::of::<8>(&laps, &places),
+                _ => Sum::of::<DEGREE>(&laps, &places),
             };
             let sum = sum.ok_or(Retry::Later)?;
             let allowed = allowed(&sum);
@@ -249,18 +251,9 @@ impl Driver<'_> {
             if most <= 1.0 {
                 break sum;
             }
-            // Twice the degree squares the error.
-            let onward = |most: f64, share: f64| most * share;
-            let twice = onward(most, share);
-            if degree == DEGREE
-                || degree == 8 && twice > 1.0
-                || degree == 4 && onward(twice, share * share) > 1.0
-            {
-                let last = match degree {
-                    4 => onward(twice, share * share),
-                    8 => twice,
-                    _ => most,
-                };
+            // Twice the degree squares the share of the error.
+            let last = (1..DEGREE / degree).fold(most, |last, _| last * share);
+            if degree == DEGREE || last > 1.0 {
                 return Err(Retry::Smaller(last));
             }
             degree *= 2;
@@ -287,18 +280,4 @@ impl Driver<'_> {
             error: sum.doubt[0] + allowed(&sum)[0],
         })
     }
-}
-
-/// The sums of polynomials of degree M, from the laps at every (16/M)-th place.
-fn sum_at<const M: usize>(laps: &[Option<Lapped>; DEGREE], places: &[f64; DEGREE]) -> Option<Sum>
-where
-    Const<M>: ToTypenum + DimMin<Const<M>, Output = Const<M>>,
-{
-    let stride = DEGREE / M;
-    let at = |j: usize| (j + 1) * stride - 1;
-    let mut found = [Lapped { ratio: 0.0, time: 0.0, way: 0.0 }; M];
-    for (j, lap) in found.iter_mut().enumerate() {
-        *lap = laps[at(j)]?;
-    }
-    Sum::of(&found, &std::array::from_fn(|j| places[at(j)]))
 }
