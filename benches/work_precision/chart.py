@@ -67,7 +67,7 @@ TOOLS = {
         [sys.executable, "peers/box2d_world.py"],
     ),
     "Box2D 3": (
-        "#F0E442",
+        "#882255",
         "<",
         "Moreau's law, contact by contact",
         [*CARGO, "--manifest-path", "engines/Cargo.toml", "--", "box2d"],
