@@ -73,3 +73,18 @@ def test_many_times_on_random_ground_have_the_bits_of_each():
     for _ in range(SCENES):
         _, posture, qdot, options = random_scene(rng)
         same_bits(sf.simulate(posture, (0, 0, 0), qdot, **options), rng.permutation)
+
+
+def test_times_within_a_sum_of_rocking_have_the_same_bits_in_any_order():
+    """Up to the last units in the last place before the limit."""
+    block = sf.Posture.box(0.4, 1.0, friction=1.0, restitution=0.0)
+    run = sf.simulate(block, block.touching(contact=1, theta=0.1), (0, 0, 0))
+    begin, end = run.phases[-2].start, run.zeno_points[-1].time
+    assert run.zeno_points[-1].method == "nested"
+    shares = 1 - np.geomspace(1, 1e-12, 30)
+    close = end - np.arange(1, 6) * np.spacing(end)
+    times = np.sort([*(begin + (end - begin) * shares), *close])
+    alone = np.array([np.concatenate(run.at(t)) for t in times])
+    for order in (np.arange(len(times)), np.arange(len(times))[::-1]):
+        q, qdot = run.at(times[order])
+        assert np.array_equal(np.hstack([q, qdot]), alone[order])

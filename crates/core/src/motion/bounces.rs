@@ -330,8 +330,8 @@ impl Bouncing<'_> {
         let (body, p) = (self.body, &self.body.points[self.i]);
         let (duration, size) = (sum.at(0.0).0[0], posture.size());
         let at = |k: usize, intervals: usize| sum.at(1.0 - k as f64 / intervals as f64);
-        let spin = |k: usize| (body.spin.omega + at(k, INTERVALS[0]).0[4]).abs();
-        let omega = (0..=INTERVALS[0]).map(spin).fold(0.0, f64::max);
+        // |ω| = |ω(1) + Σ c_m (s^m − 1)|
+        let omega = body.spin.omega.abs() + sum.terms.iter().map(|c| c[4].abs()).sum::<f64>();
         // The sum of all normal impulses stops the fall of the contact.
         let fall = duration * (body.gravity + size * omega * omega);
         let push = REMAINDER_FACTOR * (fall + p.u) * (1.0 + self.material.friction);

@@ -22,8 +22,8 @@ fn within(tail: Tail, model: &FrozenModel, gaps: &Gaps, t: f64) -> (f64, Gaps, I
     }
 }
 
-/// The state at time `dt` within a sum of impacts of which closed forms are known, that starts in this state, and how it moves on there; `None`:
-/// there are none.
+/// The last state, up to the time `dt` (s) within a sum of impacts that starts in this state, that a closed form gives, and the time from there to
+/// `dt`; `None`: there is no closed form.
 pub(crate) fn lead(
     start: &Moving,
     tail: Tail,

@@ -197,7 +197,13 @@ impl Driver<'_> {
             return None;
         }
         match self.limit_of_rocking(b, k, mode) {
-            Ok(limit) => self.go_to_limit(&[b, k], limit),
+            Ok(limit) => {
+                let end = self.go_to_limit(&[b, k], limit);
+                if end.is_none() {
+                    self.rocking.wait(Retry::Later, DEGREE);
+                }
+                end
+            }
             Err(retry) => {
                 self.rocking.wait(retry, DEGREE);
                 None

@@ -45,12 +45,17 @@ pub struct Reader<'a> {
     /// Index of the piece of the last time.
     index: usize,
     held: Option<Held<'a>>,
-    /// Of a sum that is followed event by event: the run of a part of it, and the share of its duration that is left out.
+    /// Of a sum that is followed event by event: the run of a part of it, and the time up to which this goes, in s since the start of the sum.
     sum: Option<(f64, Box<Trajectory>)>,
 }
 
 /// The run of a part of a sum, up to the time `until` in s since its start; `None` if too many events come before.
-fn replay(run: &Trajectory, start: Moving, fastest: f64, until: f64) -> Option<Box<Trajectory>> {
+fn part_of_sum(
+    run: &Trajectory,
+    start: Moving,
+    fastest: f64,
+    until: f64,
+) -> Option<Box<Trajectory>> {
     let (record, options) = replayed(start, fastest, &run.record.subject, run.options(), until)?;
     Some(Box::new(Trajectory::new(record, run.model(), run.model_reason(), options)))
 }
@@ -253,13 +258,13 @@ impl<'a> Reader<'a> {
                     let modes = vec![Mode::Separate; state.count()];
                     return Some((state.flown(left), Cow::Owned(modes)));
                 }
-                replay(self.run, state, *fastest, left)?.within(left)?
+                part_of_sum(self.run, state, *fastest, left)?.within(left)?
             }
         })
     }
 
-    /// The state `dt` after the start of piece `k`, a sum that is followed event by event: up to the half of it, three quarters, seven eighths, …,
-    /// for all times up to there alike.
+    /// The state `dt` after the start of piece `k`, a sum that is followed event by event. The run of a part of it is kept: of the first half, or
+    /// of the first three quarters, seven eighths, …. It depends on `dt` alone, so that a time has the same bits in any order.
     fn replay(&mut self, k: usize, dt: f64) -> Option<Now<'a>> {
         let (pieces, record) = (self.run.pieces().ok()?, &self.run.record);
         let Motion::Sum { start, fastest, .. } = &record.spans[pieces[k].span].motion else {
@@ -270,9 +275,9 @@ impl<'a> Reader<'a> {
         while dt > duration * (1.0 - left) && left > f64::EPSILON {
             left *= 0.5;
         }
-        if self.sum.as_ref().is_none_or(|(known, _)| *known != left) {
-            let until = (duration * (1.0 - left)).max(dt);
-            self.sum = Some((left, replay(self.run, start.clone(), *fastest, until)?));
+        let until = (duration * (1.0 - left)).max(dt);
+        if self.sum.as_ref().is_none_or(|(known, _)| *known != until) {
+            self.sum = Some((until, part_of_sum(self.run, start.clone(), *fastest, until)?));
         }
         self.sum.as_ref()?.1.within(dt)
     }
