@@ -255,6 +255,13 @@ pub(crate) const GRAVITY_NEGLIGIBLE: f64 = 16.0;
 /// Value of 1 − ψ_1ψ_2 below which the rows of two gaps count as parallel. It has a rounding error of a few ε. Range: 8 ε to 64 ε.
 pub(crate) const PARALLEL_GAP_ROWS: f64 = 16.0 * f64::EPSILON;
 
+/// Largest error of the sum of a regular motion. Unit: time of its end. An error of ε in the energy of each of n impacts leaves about nε. Range:
+/// 1e-14 to 1e-10.
+pub(crate) const REGULAR_ERROR: f64 = 1e-12;
+
+/// Half the distance of the two shapes whose difference tells the tangent map of a cycle of impacts. Dimensionless. Range: 1e-8 to 1e-4.
+pub(crate) const REGULAR_TANGENT: f64 = 1e-6;
+
 /// Ratio (2u_a − g_aτ)/u_a below which contact a returns to the ground at nearly the time τ of the other touchdown. The order of the two is
 /// then decided from the difference of the times. Range: 1e-15 to 1e-6.
 pub(crate) const LANDING_ORDER_CLOSE: f64 = 1e-14;

@@ -58,6 +58,34 @@ struct ClatteringConstants {
     left_out: f64,
 }
 
+/// Constants of a lower bound of the error of a clattering tail. Index b of [`ClatteringConstants`].
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct TailBound {
+    /// 0: the model has no clattering tails.
+    c: f64,
+    gravity: f64,
+    r: f64,
+    limit: f64,
+    /// (|g_1| + |g_2|) times the relative change of the tail per relative change of ψ, if the sum leaves gravity out.
+    pull: f64,
+}
+
+impl TailBound {
+    /// Whether the error of the tail, see [`FrozenModel::clatter_tail`], may be below `most`, in s. To lowest order in gravity the tail lasts for
+    /// T = h/d, and T0 − T1 is S h²/(2d³). The test has no root and no division.
+    #[inline(always)]
+    pub(crate) fn may_be_summed(&self, u_a: f64, u_b: f64, h_b: f64, most: f64) -> bool {
+        let d = -u_b - self.c * u_a;
+        let (square, gap) = (d * d, self.gravity * h_b * h_b);
+        if !(gap * gap <= 4.0 * most * (square * square * d) * h_b && self.c > 0.0) {
+            return false; // d < 0, too
+        }
+        let end = self.limit * -u_b;
+        let by_shape = gap * self.r * (u_a - end).abs() <= 2.0 * most * (square * d) * (u_a + end);
+        by_shape && self.pull * h_b * h_b <= most * square * -u_b
+    }
+}
+
 /// A clattering tail: the time at which both contacts come to rest, and its error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ClatterTail {
@@ -245,6 +273,17 @@ impl FrozenModel {
     /// [`solve_coupled`] with the couplings of this model.
     pub(crate) fn solve_coupled(&self, y: [f64; 2]) -> [f64; 2] {
         solve_coupled(self.psi, y)
+    }
+
+    /// The bound of the error of [`Self::clatter_tail`] where contact `b` is hit next.
+    pub(crate) fn tail_bound(&self, b: usize) -> TailBound {
+        self.clatter.as_ref().map_or(TailBound::default(), |k| TailBound {
+            c: k.c[b],
+            gravity: k.gravity[b],
+            r: k.r,
+            limit: k.limit[b],
+            pull: k.left_out * self.sensitivity(),
+        })
     }
 
     /// The clattering tail after an impact at `a`: T1 of the closed form with its error estimate. `None` unless this state clatters for

@@ -229,10 +229,8 @@ impl ContactSpace {
     pub(crate) fn of_body(contacts: &[ContactGeometry], rho2: f64, gravity: f64) -> Self {
         let rho = rho2.sqrt();
         let arm = |k: &ContactGeometry| k.tangent * k.b + k.normal * k.touching_c();
-        let row =
-            |axis: &Vector2<f64>, turn: f64| Coordinates::from_iter([axis.x, axis.y, turn / rho]);
-        let each = |k: &ContactGeometry| [row(&k.tangent, -k.touching_c()), row(&k.normal, k.b)];
-        let rows: Vec<Coordinates> = contacts.iter().flat_map(each).collect();
+        let rows: Vec<Coordinates> =
+            contacts.iter().flat_map(|k| rows_of(k, rho).map(Coordinates::of_three)).collect();
         let pull = Coordinates::from_iter([0.0, -gravity, 0.0]);
         // A contact point has rows in all directions; a second one has another moment.
         let rank = if contacts.iter().all(|k| arm(k) == arm(&contacts[0])) { 2 } else { 3 };
@@ -294,6 +292,12 @@ fn products(rows: &[Coordinates]) -> DMatrix<f64> {
         }
     }
     w
+}
+
+/// The tangential and the normal row of a contact of a body in (x, y, ρθ).
+pub(crate) fn rows_of(k: &ContactGeometry, rho: f64) -> [[f64; 3]; 2] {
+    let row = |axis: &Vector2<f64>, turn: f64| [axis.x, axis.y, turn / rho];
+    [row(&k.tangent, -k.touching_c()), row(&k.normal, k.b)]
 }
 
 /// b of rows.

@@ -26,6 +26,7 @@ pub use chain::{Base, Chain, ChainFields, Foot, Joint, JointKind, Link};
 pub use chain_equations::ChainPoints;
 pub use contact::Contact;
 pub use contact_space::ContactSpace;
+pub(crate) use contact_space::rows_of;
 pub use drawn::GroundPiece;
 pub use fields::{ContactRows, GroundKind, MechanismFields, PostureFields, Surface};
 pub use holding::HoldingTorques;

@@ -14,13 +14,14 @@
 //! root and its division.
 
 use crate::collisions::log::{Collision, Log};
+use crate::collisions::regular::{self, RegularSum};
 use crate::flight::parabola_touchdown;
 use crate::impact::newton;
 use crate::math::clock::{Clock, unnormalised_after};
 use crate::tolerance::{
     LANDING_ORDER_CLOSE, NEARLY_REACHED, REACHED, SELF_SIMILAR, SIMULTANEOUS, TAIL,
 };
-use crate::zeno::{ClatterTail, FrozenModel, Gaps, Impulses};
+use crate::zeno::{ClatterTail, FrozenModel, Gaps, Impulses, TailBound};
 
 /// Why the loop over collisions ends.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,6 +37,8 @@ pub(crate) enum LoopExit {
     },
     /// A certified clattering tail.
     Clatter(ClatterTail),
+    /// The sum of a regular motion up to rest of both contacts.
+    Regular(RegularSum),
     /// Both contacts come to rest within `remaining`, which is below the rounding error of the time.
     Reached {
         remaining: f64,
@@ -53,9 +56,26 @@ pub(crate) enum LoopExit {
     Never,
 }
 
+impl LoopExit {
+    /// The time, in s, after which both contacts rest, if the loop ends with that. The bound of what remains where the end is nearly reached is
+    /// crude, but below the rounding error of the time.
+    pub(crate) fn time_to_rest(&self) -> Option<f64> {
+        match self {
+            Self::Clatter(tail) => Some(tail.duration),
+            Self::Regular(sum) => Some(sum.duration),
+            Self::Reached { remaining, .. } => Some(0.5 * remaining),
+            _ => None,
+        }
+    }
+}
+
 /// After n collisions, the next test for a tail is made 1 + n/CHECKS collisions later. The test costs as much as a collision. So about
 /// 1/CHECKS of the collisions is simulated although it could have been summed.
 const CHECKS: usize = 16;
+/// Number of first collisions after each of which a tail is tested for: in short runs, an attempt that comes late costs more than the test.
+const WATCHED: usize = 64;
+/// Number of collisions after which a sum of a regular motion is first tried.
+const REGULAR: usize = 1000;
 /// Number of collisions by which the record grows at a time; even. If every collision checked whether the list has to grow, the check would
 /// cost half as much as the collision.
 const BLOCK: usize = 64;
@@ -92,6 +112,10 @@ pub(crate) struct Side {
     kappa: f64,
     /// 2(1+e)ψ g of the other contact.
     lift: f64,
+    /// 2/(g(1−e)), and half the fall of the other contact, see [`FrozenModel`].
+    bounce: f64,
+    fall: f64,
+    clattering: TailBound,
 }
 
 /// The state of the loop. Contact a was hit last.
@@ -135,6 +159,19 @@ struct LocalPlainCollision {
 impl LocalLoopState {
     fn left(&self, end: f64) -> f64 {
         Clock { hi: self.hi, lo: self.lo }.until(end)
+    }
+
+    /// Whether a tail may end the loop after an impact at `a`, see [`accumulates`]: tests without root and division.
+    #[inline(always)]
+    fn nears_end(&self, a: usize, constants: &LocalConstants) -> bool {
+        let (of_a, of_b) = (&constants.sides[a], &constants.sides[1 - a]);
+        let Self { u_a, u_b, h_b, square, hi, .. } = *self;
+        let t = of_a.bounce * u_a;
+        let bounces = (of_a.g > 0.0) & (h_b + t * (u_b - t * of_a.fall) >= 0.0);
+        // The next flight is τ = 2h_b/(s − u_b) ≥ √2 h_b/√(s² + u_b²).
+        let (last, speed) = (NEARLY_REACHED * hi, u_b * u_b);
+        let reached = 2.0 * h_b * h_b <= last * last * (square + speed);
+        bounces || reached || of_b.clattering.may_be_summed(u_a, u_b, h_b, 2.0 * TAIL * hi)
     }
 
     /// The next collision. `A`: the contact hit last; the other one lands.
@@ -187,6 +224,12 @@ pub(crate) struct LocalCollisions {
     /// last check.
     left: usize,
     granted: usize,
+    /// Whether a tail may end the loop now.
+    near: bool,
+    /// Whether this is asked after each collision: the first ones.
+    watched: bool,
+    /// Number of collisions after which a sum of a regular motion is tried.
+    regular: usize,
     /// State, clock and number of collisions where the loop began.
     start: Gaps,
     clock: Clock,
@@ -247,20 +290,52 @@ impl LocalCollisions {
             e: m.e[i],
             kappa: m.kappa[i],
             lift: 2.0 * m.kappa[i] * m.g[1 - i],
+            bounce: m.bounce[i],
+            fall: m.fall[i],
+            clattering: m.tail_bound(i),
         });
         let constants = LocalConstants { sides, from: log.clock.hi, end: log.end.min(f64::MAX) };
         let (u_a, u_b, h_b) = (gaps.u[contact], gaps.u[1 - contact], gaps.h[1 - contact]);
         let square = u_b * u_b + 2.0 * m.g[1 - contact] * h_b;
         let Clock { hi, lo } = log.clock;
         let r = LocalLoopState { u_a, u_b, h_b, square, hi, lo, jump: 0.0, moment: 0.0 };
-        let (left, granted) = (0, 0);
+        let (left, granted, near, watched) = (0, 0, false, true);
         let (start, clock, first) = (*gaps, log.clock, log.hits);
         let singly = [0; 2];
-        Ok(Self { constants, a: contact, r, left, granted, start, clock, first, singly })
+        Ok(Self {
+            constants,
+            a: contact,
+            r,
+            left,
+            granted,
+            near,
+            watched,
+            regular: REGULAR,
+            start,
+            clock,
+            first,
+            singly,
+        })
+    }
+
+    /// Runs the loop, and updates gaps, impulses and clock.
+    pub(crate) fn run(
+        mut self,
+        m: &FrozenModel,
+        gaps: &mut Gaps,
+        sum: &mut Impulses,
+        log: &mut Log,
+    ) -> LoopExit {
+        let exit = loop {
+            if let Some(exit) = self.next(m, log) {
+                break exit;
+            }
+        };
+        self.end(exit, m, gaps, sum, log)
     }
 
     /// Ends the loop: updates gaps, impulses and clock.
-    pub(crate) fn end(
+    fn end(
         self,
         halt: LoopExit,
         m: &FrozenModel,
@@ -270,9 +345,9 @@ impl LocalCollisions {
     ) -> LoopExit {
         log.hits += self.granted - self.left;
         let [one, two] = self.singly;
-        // Plain collisions in turn follow an impact at contact 1 and begin with one at contact 2.
+        // Plain collisions in turn begin at the contact that has not been hit last.
         let in_turn = log.hits - self.first > one + two;
-        log.struck = [log.struck[0] || one > 0, log.struck[1] || two > 0 || in_turn];
+        log.struck = [log.struck[0] || one > 0 || in_turn, log.struck[1] || two > 0 || in_turn];
         log.clock = Clock { hi: self.r.hi, lo: self.r.lo }.renormalised();
         let (start, t) = (self.start, log.clock.since(self.clock));
         *gaps = self.gaps();
@@ -298,44 +373,67 @@ impl LocalCollisions {
         gaps
     }
 
-    /// Checks the limits and for a tail, if due; then simulates the next event.
-    pub(crate) fn next(&mut self, m: &FrozenModel, log: &mut Log) -> Option<LoopExit> {
-        if self.left == 0 {
-            log.hits += self.granted;
-            self.granted = 0;
-            if let Some(halt) = accumulates(m, self, self.r.left(log.end)) {
+    /// Checks the limits and for a tail, if due; then simulates the plain collisions up to the next check or another event, and that event.
+    fn next(&mut self, m: &FrozenModel, log: &mut Log) -> Option<LoopExit> {
+        if self.left == 0 || self.near {
+            log.hits += self.granted - self.left;
+            (self.granted, self.left) = (0, 0);
+            if self.r.nears_end(self.a, &self.constants)
+                && let Some(halt) = accumulates(m, self, self.r.left(log.end))
+            {
                 return Some(halt);
             }
-            self.granted = log.chunk().min(1 + (log.hits - self.first) / CHECKS);
+            self.near = false;
+            let number = log.hits - self.first;
+            if self.a == 0 && number >= self.regular {
+                self.regular = 2 * number;
+                let LocalLoopState { u_a, u_b, h_b, hi, .. } = self.r;
+                let sum = regular::sum(m, [u_a, u_b, h_b], hi);
+                if let Some(sum) = sum.filter(|sum| sum.duration <= self.r.left(log.end)) {
+                    return Some(LoopExit::Regular(sum));
+                }
+            }
+            self.watched = number < WATCHED;
+            let until_check = if self.watched { WATCHED } else { 1 + number / CHECKS };
+            self.granted = log.chunk().min(until_check);
             self.left = self.granted;
             if self.granted == 0 {
                 return Some(LoopExit::EventLimit);
             }
         }
-        self.collide(m, log)
+        match (log.record, self.watched) {
+            (true, true) => self.hop_on::<true, true>(&mut log.collisions),
+            (true, false) => self.hop_on::<true, false>(&mut log.collisions),
+            (false, true) => self.hop_on::<false, true>(&mut log.collisions),
+            (false, false) => self.hop_on::<false, false>(&mut log.collisions),
+        }
+        if self.left == 0 || self.near { None } else { self.collide(m, log) }
     }
 
-    /// Simulates plain collisions alternately at contact 2 and contact 1 after an impact at contact 1, until another event or a check is
-    /// due.
+    /// Simulates plain collisions alternately at the two contacts, until another event or a check is due.
     ///
     /// The code of both contacts is written out, without indices.
-    pub(crate) fn alternate(&mut self, log: &mut Log) {
-        if self.a != 0 {
-            return;
-        }
-        if log.record {
-            self.hop_on::<true>(&mut log.collisions);
-        } else {
-            self.hop_on::<false>(&mut log.collisions);
-        }
-    }
-
     #[inline(never)]
-    fn hop_on<const RECORD: bool>(&mut self, collisions: &mut Vec<Collision>) {
-        let (mut r, mut left, constants) = (self.r, self.left, self.constants);
+    fn hop_on<const RECORD: bool, const WATCH: bool>(&mut self, collisions: &mut Vec<Collision>) {
+        let (mut r, mut left, constants) = (self.r, self.left, &self.constants);
         let (first, most) = (collisions.len(), left);
+        let mut near = false;
+        if self.a == 1 {
+            if RECORD {
+                collisions.resize(first + 1, Collision::default());
+            }
+            let slot = if RECORD { collisions.last_mut() } else { None };
+            match single_plain_collision::<1, WATCH>(&mut r, constants, slot) {
+                None => {
+                    collisions.truncate(first);
+                    return;
+                }
+                Some(ends) => near = ends,
+            }
+            left -= 1;
+        }
         self.a = 'plain: loop {
-            if left == 0 {
+            if left == 0 || near {
                 break 0;
             }
             let block = left.min(BLOCK);
@@ -348,18 +446,27 @@ impl LocalCollisions {
             };
             let mut slots = room.iter_mut();
             for _ in 0..block / 2 {
-                if !single_plain_collision::<0>(&mut r, &constants, slots.next()) {
-                    break 'plain 0;
+                match single_plain_collision::<0, WATCH>(&mut r, constants, slots.next()) {
+                    None => break 'plain 0,
+                    Some(ends) => near = ends,
                 }
                 left -= 1;
-                if !single_plain_collision::<1>(&mut r, &constants, slots.next()) {
+                if WATCH && near {
                     break 'plain 1;
                 }
+                match single_plain_collision::<1, WATCH>(&mut r, constants, slots.next()) {
+                    None => break 'plain 1,
+                    Some(ends) => near = ends,
+                }
                 left -= 1;
+                if WATCH && near {
+                    break 'plain 0;
+                }
             }
             if block % 2 == 1 {
-                if !single_plain_collision::<0>(&mut r, &constants, slots.next()) {
-                    break 0;
+                match single_plain_collision::<0, WATCH>(&mut r, constants, slots.next()) {
+                    None => break 0,
+                    Some(ends) => near = ends,
                 }
                 left -= 1;
                 break 1;
@@ -368,7 +475,7 @@ impl LocalCollisions {
         if RECORD {
             collisions.truncate(first + most - left);
         }
-        (self.r, self.left) = (r, left);
+        (self.r, self.left, self.near) = (r, left, near);
     }
 
     #[inline(never)]
@@ -443,24 +550,26 @@ impl LocalCollisions {
     }
 }
 
-/// Simulates the next collision if it is plain, and otherwise changes nothing. Returns whether it is plain.
+/// Simulates the next collision if it is plain, and otherwise changes nothing. Whether a tail may end the loop after it, if that is watched;
+/// `None`: it is not plain.
 #[inline(always)]
-fn single_plain_collision<const A: usize>(
+fn single_plain_collision<const A: usize, const WATCH: bool>(
     r: &mut LocalLoopState,
     constants: &LocalConstants,
     slot: Option<&mut Collision>,
-) -> bool {
+) -> Option<bool> {
     let next = r.plain_collision::<A>(constants);
-    if next.plain {
-        *r = next.after;
-        if let Some(slot) = slot {
-            let clock = Clock { hi: r.hi, lo: r.lo }.renormalised();
-            let after = [r.u_a, r.u_b];
-            let blow = next.s + r.u_a;
-            *slot = in_order(clock, 1 - A, [-next.s, next.w], after, blow, r.h_b);
-        }
+    if !next.plain {
+        return None;
     }
-    next.plain
+    *r = next.after;
+    if let Some(slot) = slot {
+        let clock = Clock { hi: r.hi, lo: r.lo }.renormalised();
+        let after = [r.u_a, r.u_b];
+        let blow = next.s + r.u_a;
+        *slot = in_order(clock, 1 - A, [-next.s, next.w], after, blow, r.h_b);
+    }
+    Some(WATCH && r.nears_end(1 - A, constants))
 }
 
 /// A collision at `a`; rates are given as (own, other).
@@ -579,9 +688,7 @@ mod tests {
         let mut log = Log::new(&Options::default(), 2, &|| false);
         let begun = LocalCollisions::begin(m, &mut gaps, &mut sum, &mut log);
         let mut collisions = begun.expect("an impact");
-        while collisions.next(m, &mut log).is_none() {
-            collisions.alternate(&mut log);
-        }
+        while collisions.next(m, &mut log).is_none() {}
         log.collisions
     }
 

@@ -54,7 +54,7 @@ use crate::tolerance::{BOUNCE_CHANGE, BOUNCE_SUM, NEXT_TERM, REMAINDER_FACTOR, S
 const FIRST_ATTEMPT: usize = 2;
 
 /// The same under Newton's law with two contacts, where an attempt costs as much as several hundred bounces.
-const MANY_BOUNCES: usize = 64;
+pub(super) const MANY_BOUNCES: usize = 64;
 
 /// Degree of the polynomials. Half of it serves where the body hardly turns, and tells how large the error of the whole will be.
 const DEGREE: usize = 8;

@@ -229,7 +229,7 @@ impl<'a> Driver<'a> {
     }
 
     /// The end of an unrecorded run.
-    fn finish(&mut self, outcome: Outcome) -> Result<End, Error> {
+    pub(super) fn finish(&mut self, outcome: Outcome) -> Result<End, Error> {
         let end = self.arrive(outcome)?;
         let time = |clock: Clock| self.options.clock(clock);
         let zeno = self.record.zeno.first().map(|zeno| {

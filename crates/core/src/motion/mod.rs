@@ -4,6 +4,7 @@ mod arrivals;
 mod bounces;
 mod cycles;
 mod driver;
+pub(crate) mod drops;
 mod ground;
 mod ground_watch;
 mod impacts;

@@ -134,20 +134,14 @@ impl Driver<'_> {
         let begun = LocalCollisions::begin(model, &mut gaps, &mut sum, &mut self.log);
         let exit = match begun {
             Err(exit) => exit,
-            Ok(mut collisions) => {
+            Ok(collisions) => {
                 if let Some(start) = start.as_ref().filter(|_| self.watch.is_on()) {
                     let dt = self.log.clock.since(clock);
                     self.hit(model, dt, &sum, &gaps);
                     self.watch_ground();
                     self.state.clone_from(start);
                 }
-                let exit = loop {
-                    if let Some(exit) = collisions.next(model, &mut self.log) {
-                        break exit;
-                    }
-                    collisions.alternate(&mut self.log);
-                };
-                collisions.end(exit, model, &mut gaps, &mut sum, &mut self.log)
+                collisions.run(model, &mut gaps, &mut sum, &mut self.log)
             }
         };
         let dt = self.log.clock.since(clock);
@@ -159,7 +153,7 @@ impl Driver<'_> {
     }
 
     /// Processes the end of a loop over collisions in this geometry.
-    fn land(&mut self, exit: LoopExit, model: &FrozenModel) -> Option<Outcome> {
+    pub(super) fn land(&mut self, exit: LoopExit, model: &FrozenModel) -> Option<Outcome> {
         match exit {
             LoopExit::Bounce { contact, duration } => {
                 let (end, own) = model.end_bounce(contact, &self.state.gaps(), duration);
@@ -170,11 +164,15 @@ impl Driver<'_> {
                 self.both_rest(model, tail.duration, Tail::Collisions);
                 self.settle(&[0, 1], Some(ZenoMethod::Clatter), tail.proved, tail.error, 0.0)
             }
-            LoopExit::Reached { remaining, self_similar } => {
+            LoopExit::Regular(sum) => {
+                self.both_rest(model, sum.duration, Tail::Collisions);
+                self.settle(&[0, 1], Some(ZenoMethod::SelfSimilar), false, sum.error, 0.0)
+            }
+            LoopExit::Reached { self_similar, .. } => {
                 let method = if self_similar { ZenoMethod::SelfSimilar } else { ZenoMethod::Mixed };
-                // The bound is crude, but below the rounding error of the time.
-                self.both_rest(model, 0.5 * remaining, Tail::Collisions);
-                self.settle(&[0, 1], Some(method), false, 0.5 * remaining, 0.0)
+                let left = exit.time_to_rest()?;
+                self.both_rest(model, left, Tail::Collisions);
+                self.settle(&[0, 1], Some(method), false, left, 0.0)
             }
             LoopExit::Never if self.log.end == f64::INFINITY => Some(Outcome::Escape),
             LoopExit::Never => {
@@ -204,7 +202,7 @@ impl Driver<'_> {
     }
 
     /// Moves to the state after `dt` in the geometry of `model`, see [`FullState::hit`].
-    fn hit(&mut self, model: &FrozenModel, dt: f64, own: &Impulses, gaps: &Gaps) {
+    pub(super) fn hit(&mut self, model: &FrozenModel, dt: f64, own: &Impulses, gaps: &Gaps) {
         match (&mut self.state, self.record.subject.pair()) {
             (Moving::Turning(body), Some(pair)) => {
                 let state = body.full(pair).hit(model, dt, own, gaps);
@@ -344,20 +342,23 @@ impl Driver<'_> {
         match exit {
             LoopExit::Freeze => self.clatter(&state.model()),
             LoopExit::Settled { contact } => self.settle_at(contact, settled?),
-            LoopExit::Bounce { contact, duration } => {
-                let model = state.model();
-                let (end, own) = model.end_bounce(contact, &state.gaps, duration);
-                self.skip(&model, Tail::Bounce { contact }, duration, &own, &end);
-                // The other contact moves with the body: its rate in the frozen geometry neglects that the geometry changes.
-                if let Moving::Turning(body) = &mut self.state
-                    && let Some(p) = body.points.get_mut(1 - contact)
-                {
-                    p.u = p.normal.dot(&body.center.v) + p.b * body.spin.omega;
-                }
-                self.settle(&[contact], Some(ZenoMethod::Bounce), true, 0.0, f64::INFINITY)
-            }
-            exit => self.land(exit, &state.model()),
+            exit => self.land_turning(exit, &state),
         }
+    }
+
+    /// Processes the end of the fast loop in the geometry that turns, in this state.
+    pub(super) fn land_turning(&mut self, exit: LoopExit, state: &FullState) -> Option<Outcome> {
+        let model = state.model();
+        let LoopExit::Bounce { contact, duration } = exit else { return self.land(exit, &model) };
+        let (end, own) = model.end_bounce(contact, &state.gaps, duration);
+        self.skip(&model, Tail::Bounce { contact }, duration, &own, &end);
+        // The other contact moves with the body: its rate in the frozen geometry neglects that the geometry changes.
+        if let Moving::Turning(body) = &mut self.state
+            && let Some(p) = body.points.get_mut(1 - contact)
+        {
+            p.u = p.normal.dot(&body.center.v) + p.b * body.spin.omega;
+        }
+        self.settle(&[contact], Some(ZenoMethod::Bounce), true, 0.0, f64::INFINITY)
     }
 
     /// The fast loop in the geometry that turns. `settled`: the limit of bounces that ends it.

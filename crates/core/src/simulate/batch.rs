@@ -10,8 +10,10 @@ use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::Error;
 use crate::excitation::Excitation;
+use crate::motion::drops::Drops;
 use crate::options::Options;
 use crate::outcome::End;
+use crate::simulate::limits::solvable;
 use crate::simulate::parallel::{FailedAt, in_blocks};
 use crate::simulate::simulation::Simulation;
 
@@ -120,6 +122,12 @@ pub(crate) fn ends(
     let work = |runs: Range<usize>, stop: &dyn Fn() -> bool| {
         // Each block has its own copy: a shared posture would be reference-counted by all threads.
         let own = (postures.len() == 1).then(|| postures[0].detached());
+        let drops = |posture: &Posture| {
+            let options = options.acting(posture.frictions()).ok()?;
+            solvable(posture, &options).ok()?;
+            Drops::new(posture, options)
+        };
+        let known = own.as_ref().map(drops);
         let end = |run: usize| {
             // A run asks only after a thousand steps.
             if stop() {
@@ -129,7 +137,9 @@ pub(crate) fn ends(
             let start = states[run];
             let excitation = excitations.get(run).unwrap_or(&excitations[0]);
             let one = Simulation { posture, start, options, excitation, cancel: stop };
-            one.end().map_err(|error| (run, error))
+            let own = if known.is_none() { drops(posture) } else { None };
+            let drops = known.as_ref().map_or(own.as_ref(), Option::as_ref);
+            one.end(drops.filter(|_| excitation.is_none())).map_err(|error| (run, error))
         };
         runs.map(end).collect::<Result<Vec<End>, FailedAt>>()
     };

@@ -8,6 +8,8 @@ use crate::enclosure;
 use crate::error::Error;
 use crate::excitation::{Change, Excitation, lasting};
 use crate::math::unsigned_zero::UnsignedZero;
+use crate::motion::Driver;
+use crate::motion::drops::{Dropped, Drops};
 use crate::motion::record::Record;
 use crate::options::{Edges, Model, Options};
 use crate::outcome::{End, FirstZeno, ModelReason};
@@ -151,18 +153,33 @@ impl<'a> Simulation<'a> {
         Ok(run.excited_by(excitation.clone()))
     }
 
-    /// The end of the motion alone, for options that have been checked. Nothing is recorded.
-    pub(super) fn end(&self) -> Result<End, Error> {
+    /// The end of the motion alone, for options that have been checked. Nothing is recorded. `drops`: of this posture with these options, for a run without excitation.
+    pub(super) fn end(&self, drops: Option<&Drops>) -> Result<End, Error> {
+        if let Some(drops) = drops {
+            let run = Self { start: self.start.unsigned_zero(), options: drops.options, ..*self };
+            match drops.follow(self.posture, run.choose().0, &run.start, self.cancel) {
+                Dropped::Rests(end) => return Ok(end),
+                Dropped::Flies(flight) => {
+                    return run.driver(|mut driver| driver.end_after(*flight));
+                }
+                Dropped::Other => {}
+            }
+        }
         self.checked()?.end_of_motion()
     }
 
-    fn end_of_motion(&self) -> Result<End, Error> {
+    /// What a driver of this run finds.
+    fn driver<T>(&self, of: impl FnOnce(Driver<'a>) -> Result<T, Error>) -> Result<T, Error> {
         let Self { posture, ref options, cancel, .. } = *self;
-        if !self.excitation.is_none() || options.sensitivity_limit.is_some() {
+        let start = Start::new(posture, &self.start, self.choose().0)?;
+        of(start.driver(posture, &self.start, options, cancel))
+    }
+
+    fn end_of_motion(&self) -> Result<End, Error> {
+        if !self.excitation.is_none() || self.options.sensitivity_limit.is_some() {
             return Ok(end_of(&self.motion()?));
         }
-        let start = Start::new(posture, &self.start, self.choose().0)?;
-        start.driver(posture, &self.start, options, cancel).end()
+        self.driver(|mut driver| driver.end())
     }
 
     /// The record of a run with these changes.

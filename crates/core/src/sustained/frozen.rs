@@ -123,6 +123,17 @@ impl Rows {
         Self { space, contacts, material, friction, offset, gaps, between }
     }
 
+    /// The rows of the gaps of one or two contacts.
+    fn of_gaps(&self) -> SmallVec<[GapRow<'_, Coordinates>; 2]> {
+        let space = &self.space;
+        let row = |(i, &offset): (usize, &f64)| GapRow {
+            normal: space.normal_row(i),
+            share: 1.0 / space.normal(i, i),
+            offset,
+        };
+        self.offset.iter().enumerate().map(row).collect()
+    }
+
     /// Directions that these modes keep at rest: normal rows of closed contacts, tangential ones of fixed contacts.
     fn held(&self, modes: &[Mode], apart: f64) -> SmallVec<[(usize, Coordinates); 4]> {
         let mut held: SmallVec<[&Coordinates; 8]> = SmallVec::new();
@@ -209,25 +220,91 @@ fn between(space: &ContactSpace, offset: &[f64], j: usize) -> Option<Between> {
 
 /// The model of the gaps of one or two contacts whose normal rows are independent: ψ_i = −W_12/W_ii and g_i = −b_i.
 fn gap_model(space: &ContactSpace, material: &[Material]) -> Option<FrozenModel> {
-    let of = |gravity: [f64; 2], psi: [f64; 2], restitution: [f64; 2]| {
-        let [gravity, psi] = [gravity, psi].map(UnsignedZero::unsigned_zero);
-        FrozenModel::new(&LocalModel::frozen(LocalModelFields {
-            gravity,
-            psi,
-            restitution,
-            phi: [0.0; 2],
-        }))
-    };
     match *material {
-        [one] => Some(of([space.gravity(0), 0.0], [0.0; 2], [one.restitution, 0.0])),
-        [one, two] => {
-            let psi = [0, 1].map(|i| -space.normal(0, 1) / space.normal(i, i));
-            (1.0 - psi[0] * psi[1] > PARALLEL_GAP_ROWS).then(|| {
-                of([0, 1].map(|i| space.gravity(i)), psi, [one.restitution, two.restitution])
-            })
-        }
+        [one] => Some(gaps_of([space.gravity(0), 0.0], [0.0; 2], [one.restitution, 0.0])),
+        [one, two] => gap_model_of_two(
+            [0, 1].map(|i| space.gravity(i)),
+            [space.normal(0, 0), space.normal(1, 1)],
+            space.normal(0, 1),
+            [one.restitution, two.restitution],
+        ),
         _ => None,
     }
+}
+
+/// The same of two contacts with these W_ii and this W_12.
+pub(crate) fn gap_model_of_two(
+    gravity: [f64; 2],
+    own: [f64; 2],
+    cross: f64,
+    restitution: [f64; 2],
+) -> Option<FrozenModel> {
+    let psi = own.map(|own| -cross / own);
+    (1.0 - psi[0] * psi[1] > PARALLEL_GAP_ROWS).then(|| gaps_of(gravity, psi, restitution))
+}
+
+fn gaps_of(gravity: [f64; 2], psi: [f64; 2], restitution: [f64; 2]) -> FrozenModel {
+    let [gravity, psi] = [gravity, psi].map(UnsignedZero::unsigned_zero);
+    let phi = [0.0; 2];
+    FrozenModel::new(&LocalModel::frozen(LocalModelFields { gravity, psi, restitution, phi }))
+}
+
+/// The normal row of a contact, 1/W_ii, and the gap at y = 0 in m.
+pub(crate) struct GapRow<'a, V> {
+    pub(crate) normal: &'a V,
+    pub(crate) share: f64,
+    pub(crate) offset: f64,
+}
+
+/// Changes the place y and the velocity v at the end of a flight of one or two contacts by frictionless impacts during it: `own` are their
+/// effects, as own-rate jumps of both contacts, and `gaps` the gaps and rates at the end.
+pub(crate) fn hit<V: MassVector>(
+    [y, v]: [&mut V; 2],
+    rows: &[GapRow<'_, V>],
+    model: &FrozenModel,
+    own: &Impulses,
+    gaps: &Gaps,
+) {
+    let push = |change: &mut V, own: [f64; 2]| {
+        for (row, own) in rows.iter().zip(own) {
+            change.add_scaled(row.normal, row.share * own);
+        }
+    };
+    push(v, own.jump);
+    push(y, own.path);
+    // The impulses and the fall nearly cancel in y and ẏ, and not in the gaps: y and ẏ are moved along the shortest way to agree with them.
+    let (mut rates, mut ways) = ([0.0; 2], [0.0; 2]);
+    for (i, row) in rows.iter().enumerate() {
+        rates[i] = gaps.u[i] - row.normal.dot(v);
+        ways[i] = gaps.h[i] - (row.normal.dot(y) + row.offset);
+    }
+    push(v, model.solve_coupled(rates));
+    push(y, model.solve_coupled(ways));
+}
+
+/// Whether an acceleration counts as zero, beside the largest one of a contact without contact forces.
+fn is_little<V: MassVector>(acceleration: &V, reach: f64, largest_pull: f64) -> bool {
+    reach * acceleration.norm() <= STILL * largest_pull
+}
+
+/// Whether two contacts without friction, which rest, stay at rest: both are pressed to the ground, so that no other mode is consistent. `None`: not both are.
+/// `reach`: the largest speed of a contact per unit of |ẏ|.
+pub(crate) fn lie<V: MassVector>(
+    rows: &[GapRow<'_, V>],
+    model: &FrozenModel,
+    pull: &V,
+    reach: f64,
+    largest_pull: f64,
+) -> Option<bool> {
+    let own = model.solve_coupled(model.g);
+    let pressed = own[..rows.len()].iter().all(|push| *push > 0.0);
+    pressed.then(|| {
+        let mut a = pull.clone();
+        for (row, push) in rows.iter().zip(own) {
+            a.add_scaled(row.normal, push * row.share);
+        }
+        is_little(&a, reach, largest_pull)
+    })
 }
 
 /// The state at an instant.
@@ -355,21 +432,10 @@ impl Frozen {
     /// of both contacts, and `gaps` the gaps and rates at the end.
     pub(crate) fn hit(&self, dt: f64, own: &Impulses, gaps: &Gaps) -> Self {
         let mut after = self.flown(dt);
-        after.pushed(own.jump, own.path);
-        if let Some(FrozenModel { phi, .. }) = &self.rows.gaps {
-            after.spin.theta -= phi[0] * own.path[0] + phi[1] * own.path[1];
-            after.spin.omega -= phi[0] * own.jump[0] + phi[1] * own.jump[1];
-        }
-        // The impulses and the fall nearly cancel in y and ẏ, and not in the gaps: y and ẏ are moved along the shortest way to agree with them.
-        if let Some(model) = &self.rows.gaps {
-            let (mut rates, mut ways) = ([0.0; 2], [0.0; 2]);
-            for (i, offset) in self.rows.offset.iter().enumerate() {
-                let row = self.space().normal_row(i);
-                rates[i] = gaps.u[i] - row.dot(&after.v);
-                ways[i] = gaps.h[i] - (row.dot(&after.y) + offset);
-            }
-            after.pushed(model.solve_coupled(rates), model.solve_coupled(ways));
-        }
+        let Some(model) = &self.rows.gaps else { return after };
+        after.spin.theta -= model.phi[0] * own.path[0] + model.phi[1] * own.path[1];
+        after.spin.omega -= model.phi[0] * own.jump[0] + model.phi[1] * own.jump[1];
+        hit([&mut after.y, &mut after.v], &self.rows.of_gaps(), model, own, gaps);
         for (i, p) in after.points.iter_mut().enumerate() {
             (p.h, p.u) = (gaps.h[i], gaps.u[i]);
         }
@@ -384,24 +450,17 @@ impl Frozen {
         }
         let (rows, space) = (&self.rows, self.space());
         let count = rows.friction.len();
-        let rests = |a: &Coordinates| space.reach() * a.norm() <= STILL * space.largest_pull();
-        // Two contacts without friction, both pressed to the ground: no other mode is consistent.
+        let (pull, reach, largest) = (space.pull(), space.reach(), space.largest_pull());
         if let Some(model) = &rows.gaps
             && rows.friction.iter().all(|mu| *mu == 0.0)
+            && let Some(rests) = lie(&rows.of_gaps(), model, pull, reach, largest)
         {
-            let own = model.solve_coupled(model.g);
-            if own[..count].iter().all(|push| *push > 0.0) {
-                let mut a = space.pull().clone();
-                for (i, push) in own[..count].iter().enumerate() {
-                    a.add_scaled(space.normal_row(i), push / space.normal(i, i));
-                }
-                return rests(&a).then(|| ContactLetters::from_elem(Mode::Fixed, count));
-            }
+            return rests.then(|| ContactLetters::from_elem(Mode::Fixed, count));
         }
         let ways = ContactLetters::from_elem(Some(0), count);
         let mut found = onward(space, &rows.friction, &ways).ok()?;
         let one = found.pop().filter(|one| found.is_empty() && !one.undetermined)?;
-        rests(&one.acceleration).then_some(one.word)
+        is_little(&one.acceleration, reach, largest).then_some(one.word)
     }
 
     /// The longest way of a contact along its ground or its normal, in m.
@@ -409,16 +468,6 @@ impl Frozen {
         let (space, y) = (self.space(), &self.y);
         let way = |i: usize| space.tangent(i).dot(y).abs().max(space.normal_row(i).dot(y).abs());
         (0..space.count()).map(way).fold(0.0, f64::max)
-    }
-
-    /// Adds own-rate jumps of two contacts at most to ẏ, and their paths to y.
-    fn pushed(&mut self, jump: [f64; 2], path: [f64; 2]) {
-        let Self { rows, y, v, points, .. } = self;
-        for i in 0..points.len() {
-            let (row, share) = (rows.space.normal_row(i), 1.0 / rows.space.normal(i, i));
-            v.add_scaled(row, share * jump[i]);
-            y.add_scaled(row, share * path[i]);
-        }
     }
 
     /// Gaps of two contacts at most.

@@ -56,6 +56,21 @@ pub(crate) fn still_speed(fastest: f64, gravity: f64, clock: Clock) -> f64 {
     STILL * fastest.max(gravity * clock.hi)
 }
 
+/// Whether a body at rest on two contacts stays at rest: they are on level ground without friction, and the centre of mass is between them,
+/// λ_i = g b_j/(b_j − b_i). Both forces press, and no other motion is consistent. To test all words would cost a fifth of a short run.
+/// `contacts`: friction, normal and b of each.
+pub(crate) fn lies_level(
+    fall: Vector2<f64>,
+    gravity: f64,
+    contacts: [(f64, Vector2<f64>, f64); 2],
+    v: &Vector2<f64>,
+    omega: f64,
+) -> bool {
+    let level = |(friction, normal, _)| friction == 0.0 && normal == -fall / gravity;
+    let lies = gravity > 0.0 && fall.perp(v) == 0.0 && omega == 0.0;
+    lies && contacts.into_iter().all(level) && contacts[0].2 * contacts[1].2 < 0.0
+}
+
 /// Bounds of the rounding errors of a gap, since it was last exactly zero (in m), and of its rate (in m/s). In an accumulation
 /// of impacts they shrink with the gaps and the rates.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

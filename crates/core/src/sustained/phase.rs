@@ -21,7 +21,7 @@ use crate::outcome::{Cause, ContactNumber, Outcome};
 use crate::sustained::edges::{EdgeWatch, Entry, Path};
 use crate::sustained::endless::{ClosedMotion, Swing};
 use crate::sustained::next_order::{Onward, Search};
-use crate::sustained::{BodyState, ContactState, ORDERS, Step, StepEnd};
+use crate::sustained::{BodyState, ContactState, ORDERS, Step, StepEnd, lies_level};
 use crate::tolerance::{
     BODY_STOPPED, DEPARTED, GRAZE_OF_SIZE, GRAZE_OF_WAY, LOAD_AHEAD, SLOWER_SLIDE, STILL, TOUCH,
 };
@@ -98,15 +98,9 @@ impl BodyState {
         if !(most([center.v.x, center.v.y, spin.omega]) <= tolerance) {
             return None;
         }
-        // The centre of mass is between two contacts on level ground without friction, λ_i = g b_j/(b_j − b_i): both forces
-        // press, and no other motion is consistent. To test all words would cost a fifth of a short run.
-        let level = |p: &ContactState| p.friction == 0.0 && p.normal == -fall / *gravity;
-        let lies = *gravity > 0.0 && fall.perp(&center.v) == 0.0 && spin.omega == 0.0;
         if let [one, two] = &points[..]
-            && lies
-            && level(one)
-            && level(two)
-            && one.b * two.b < 0.0
+            && let levels = [one, two].map(|p| (p.friction, p.normal, p.b))
+            && lies_level(*fall, *gravity, levels, &center.v, spin.omega)
         {
             return Some((ContactLetters::from_elem(Mode::Fixed, 2), 0.0));
         }

@@ -57,6 +57,11 @@ impl FullState {
         Self { body, gaps, center, spin, b, c }
     }
 
+    /// The same state with the arms computed from θ.
+    pub(crate) fn renewed(&self) -> Self {
+        Self::new(self.body, self.gaps, self.center, self.spin)
+    }
+
     /// Recomputes the arms from θ after many small turns.
     pub(crate) fn refresh(&mut self) {
         for i in 0..2 {
