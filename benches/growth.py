@@ -17,8 +17,8 @@ import standfast as sf
 from matplotlib.ticker import NullFormatter
 
 DOCS = Path(__file__).parent.parent / "docs"
-#: Okabe & Ito's blue, orange, green and vermilion.
-BLUE, ORANGE, GREEN, RED = "#0072B2", "#E69F00", "#009E73", "#D55E00"
+#: Okabe & Ito's blue, orange, green, vermilion, purple and sky blue.
+COLOURS = ("#0072B2", "#E69F00", "#009E73", "#D55E00", "#CC79A7", "#56B4E9")
 START = {"q": (0, 0.011, math.asin(0.002)), "qdot": (0, 0, 0)}
 
 
@@ -138,6 +138,18 @@ def restitutions():
                 seconds(sf.simulate, body, **START, record=False, **options),
             )
 
+    # Beside the motion in which two impacts in turn repeat on a smaller scale.
+    regular = {"q": (0, 0.0089, 0.0178), "qdot": (0, 0.118, -1.4765)}
+    for loss in 10.0 ** np.arange(-2, -5.1, -0.25):
+        for model in ("local", "full"):
+            options = {"model": model, "stop": "zeno", "event_limit": 10**8}
+            body = rod(1 - loss)
+            if model == "local":
+                run = sf.simulate(body, **regular, **options)
+                assert run.determined_until is None
+            took = seconds(sf.simulate, body, **regular, record=False, **options)
+            yield f"{model}, regular", loss, took
+
 
 def closeness():
     """A rod with e = 0.5, and ψ away from its bound by this share, on either side: L² − ρ² = ψ (L² + ρ²)."""
@@ -186,7 +198,7 @@ def draw(rows):
             if panel == title:
                 lines.setdefault(name, []).append((parameter, value))
         for (name, points), colour, marker in zip(
-            lines.items(), (BLUE, ORANGE, GREEN, RED), "os^D", strict=False
+            lines.items(), COLOURS, "os^Dvx", strict=False
         ):
             open_marks = {"linestyle": "", "fillstyle": "none"} if "not" in name else {}
             axis.plot(

@@ -68,6 +68,51 @@ def test_each_run_is_the_single_one(model, stop):
     assert len(set(runs.zeno_kind)) > 1
 
 
+@pytest.mark.parametrize("model", ["local", "full", "auto"])
+def test_drops_without_friction_are_single_runs(model):
+    """Bodies on two contacts, most of which come to rest on both: the ends of a batch have the bits of single runs."""
+    rng = np.random.default_rng(66)
+    ends = []
+    for k in range(150):
+        width, tilt = rng.uniform(0.2, 1.0), 0.3 * rng.random() * (k % 6 == 0)
+        restitution = rng.choice([0.05, 0.1, 0.2, 0.9]) * np.ones(2)
+        if k % 5 == 0:
+            restitution[1] *= 0.5
+        high = 0.2 * rng.random() * (k % 2)
+        body = sf.Posture(
+            mass=1,
+            gyration_radius=rng.uniform(0.1, 0.6),
+            center_of_mass=(0.0, high),
+            restitution=0.0,
+            contacts=[
+                sf.Contact(point=(-width, 0), slope=-tilt, restitution=restitution[0]),
+                sf.Contact(
+                    point=(0.8 * width, 0), slope=tilt, restitution=restitution[1]
+                ),
+            ],
+        )
+        q = np.zeros((4, 3))
+        q[:, 1] = rng.choice([0.01, 0.3], 4)
+        q[:, 2] = rng.uniform(-0.5, 0.5, 4) * q[:, 1] / width
+        qdot = np.zeros((4, 3)) if k % 4 else rng.normal(0, 0.1, (4, 3))
+        # Without friction a body in a valley slides to and fro for ever.
+        runs = sf.simulate_many(body, q, qdot, model=model, time_limit=20)
+        for i in range(4):
+            one = sf.simulate(body, q[i], qdot[i], model=model, time_limit=20)
+            assert runs.outcome[i] == one.outcome
+            assert (runs.elapsed[i], runs.collisions[i]) == (
+                one.elapsed,
+                one.collisions,
+            )
+            assert np.array_equal(runs.q[i], one.q)
+            assert np.array_equal(runs.qdot[i], one.qdot)
+            assert np.signbit(runs.q[i]).tolist() == np.signbit(one.q).tolist()
+            kind = one.zeno_points[0].kind if one.zeno_points else ""
+            assert runs.zeno_kind[i] == kind
+            ends.append((one.outcome, kind))
+    assert ends.count(("rest", "2-zeno")) > 100
+
+
 def test_three_contacts_and_laws_with_friction():
     body = sf.Posture(
         mass=1,

@@ -375,7 +375,8 @@ pub enum ZenoMethod {
     Chatter,
     /// The contacts rest from the start.
     Rest,
-    /// Impacts that repeat on a smaller and smaller scale, followed until the rest is below the rounding error of the time.
+    /// Impacts that repeat on a smaller and smaller scale, followed until the rest is below the rounding error of the time; or a regular motion
+    /// towards e = 1 near to such a one, whose time is summed.
     SelfSimilar,
     /// Other impacts that are followed so far, or several sums.
     Mixed,

@@ -1,0 +1,71 @@
+"""Regular motions towards e = 1, whose time is summed, beside the impacts one by one in extended precision."""
+
+import numpy as np
+import pytest
+import standfast as sf
+
+#: 64 bits of mantissa: errors of 500 000 impacts stay below those of a double.
+Number = np.longdouble
+
+#: Of each case: ψ, e, and the rates and the second gap after an impact at contact 1, beside the motion that repeats.
+CASES = [
+    (0.72, (0.9997, 0.9997), (0.8675, -0.6124), 0.0180),
+    (0.72, (0.9997, 0.9998), (0.8575, -0.6174), 0.0180),
+    (0.6, (0.9998, 0.9998), (0.8820, -0.5240), 0.0248),
+]
+
+
+def time_until_rest(gravity, psi, restitution, rates, gap):
+    """Both contacts are hit in turn, h = u t − g t²/2: the time until the speeds have fallen by 19 digits."""
+    g, psi = Number(gravity), Number(psi)
+    e = [Number(one) for one in restitution]
+    (u_a, u_b), h_b = map(Number, rates), Number(gap)
+    time, other, impacts = Number(0), 1, 0
+    while True:
+        s = np.sqrt(u_b * u_b + 2 * g * h_b)
+        flight = 2 * h_b / (s - u_b)
+        w = u_a - g * flight
+        assert u_a + w > 0  # the contact hit last is still in the air
+        time += flight
+        u_a, u_b, h_b = (
+            e[other] * s,
+            w - (1 + e[other]) * psi * s,
+            flight * (u_a + w) / 2,
+        )
+        other, impacts = 1 - other, impacts + 1
+        if s < 1e-19:
+            return time, impacts
+
+
+@pytest.mark.skipif(np.finfo(Number).eps > 2e-19, reason="no extended precision here")
+@pytest.mark.parametrize(("psi", "restitution", "rates", "gap"), CASES)
+def test_the_sum_is_the_time_of_all_impacts(psi, restitution, rates, gap):
+    model = sf.LocalModel(
+        gravity=(9.81, 9.81), psi=(psi, psi), phi=(0.0, 0.0), restitution=restitution
+    )
+    run = model.simulate(gaps=(0.0, gap), rates=rates)
+    assert run.collisions < 3000
+    (zeno,) = run.zeno_points
+    assert (zeno.kind, zeno.method, zeno.certified) == ("2-zeno", "self-similar", False)
+    time, impacts = time_until_rest(9.81, psi, restitution, rates, gap)
+    assert impacts > 200_000
+    assert abs(float(run.elapsed - time)) < 2e-14 * run.elapsed
+    assert abs(float(run.elapsed - time)) < 10 * zeno.time_error
+
+
+def test_a_body_rests_where_its_impacts_lead_it():
+    """A rod that goes on at .3 m/s: its time and its place, with a time limit just before the end, impact by impact, and summed."""
+    rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.9998)
+    start = {"q": (0, 0.0089, 0.0178), "qdot": (0.3, 0.118, -1.4765), "model": "local"}
+    summed = sf.simulate(rod, **start, stop="zeno")
+    assert summed.zeno_points[0].method == "self-similar"
+    until = summed.elapsed * (1 - 1e-9)
+    followed = sf.simulate(
+        rod, **start, time_limit=until, event_limit=10**7, record=False
+    )
+    assert (followed.outcome, summed.outcome) == ("time-limit", "zeno")
+    assert followed.collisions > 200_000
+    assert abs(followed.q[1:]).max() < 1e-9
+    assert summed.q[1:] == pytest.approx((0, 0), abs=1e-15)
+    assert summed.q[0] == pytest.approx(0.3 * summed.elapsed, rel=1e-13)
+    assert followed.qdot == pytest.approx((0.3, 0, 0), abs=1e-7)
