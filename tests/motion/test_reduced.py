@@ -416,8 +416,8 @@ def test_fates_are_those_of_the_motion():
         note = f"{local!r} {state} {fate!r} {zeno.kind} {zeno.method}"
         if fate.kind == "1-zeno" and fate.certified:
             assert (zeno.kind, zeno.contact) == ("1-zeno", fate.contact), note
-        elif run.determined_until is not None and not fate.certified:
-            lost += 1
+        elif zeno.time_error > 1e-12 and not fate.certified:
+            lost += 1  # rounding errors have decided
             continue
         elif fate.kind == "1-zeno":
             assert fate.hits > 20, note
@@ -435,7 +435,7 @@ def test_fates_are_those_of_the_motion():
     assert seen["1-zeno"] > 800, (seen, lost)
     assert seen["clattering"] > 60, seen
     assert seen["self-similar"] > 200, seen
-    assert 20 < lost < 150
+    assert 20 < lost < 200
 
 
 def test_the_growth_of_a_fate_is_that_of_its_orbit():

@@ -295,3 +295,23 @@ def test_mechanisms_and_local_models_have_it_too():
     assert one.sensitivity > 0 < two.sensitivity
     model = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.9)
     assert model.simulate((0, 0.1), (0.1, -1.9)).sensitivity > 0
+
+
+def test_the_end_at_a_zeno_point_has_the_error_of_its_time():
+    """Chaos on smaller and smaller scales: a start changed by 1e-15 moves the Zeno point by 1e-6 s and more."""
+    local = sf.LocalModel(
+        gravity=(1, 1),
+        psi=(0.6244270063384505,) * 2,
+        phi=(0, 0),
+        restitution=(0.7983,) * 2,
+    )
+
+    def run(off):
+        gaps = (0.0, 0.13498785564096996 * (1 + off))
+        return local.simulate(gaps, (1.0, -0.09796734446446131), stop="zeno")
+
+    first = run(0.0)
+    moved = [abs(run(k * 1e-15).elapsed - first.elapsed) for k in range(-5, 6)]
+    assert max(moved) > 1e-8
+    assert first.time_error == first.zeno_points[-1].time_error
+    assert max(moved) < 100 * first.time_error

@@ -25,7 +25,9 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 
-use crate::tolerance::{REGULAR_ERROR, REGULAR_TANGENT};
+use crate::tolerance::{
+    REGULAR_DRIFT, REGULAR_ERROR, REGULAR_LOSS, REGULAR_RADIUS, REGULAR_TANGENT,
+};
 use crate::zeno::FrozenModel;
 
 /// Degree of the polynomial B.
@@ -44,10 +46,6 @@ const TESTED: usize = 500;
 const MARGIN: f64 = 1.1;
 /// Most steps to the fixed point.
 const NEWTON: usize = 30;
-/// Least such distance that counts, so that the disc is more than a point.
-const LEAST: f64 = 1e-6;
-/// Largest 1 − f of a cycle. Up to rest some 40/(1 − f) cycles are left, and the sum costs as much as 50 000 of them.
-const MOST_LOST: f64 = 3e-4;
 
 /// (u_1, u_2, h_2) after an impact at contact 1.
 type Landed = [f64; 3];
@@ -169,7 +167,7 @@ impl Disc {
         let half = 0.5 * tangent.trace();
         let beta = (tangent.determinant() - half * half).sqrt();
         // While the motion decays, shapes may move away by a small part of their distance only.
-        if !(beta > 0.0 && tangent.determinant() <= 1.0 + 1e-2 * loss) {
+        if !(beta > 0.0 && tangent.determinant() <= 1.0 + REGULAR_DRIFT * loss) {
             return None;
         }
         let axes = Matrix2::new(tangent.m12, 0.0, half - tangent.m11, beta);
@@ -218,7 +216,7 @@ pub(crate) fn sum(m: &FrozenModel, state: Landed, elapsed: f64) -> Option<Regula
     for _ in 0..FOLLOWED {
         followed.push(z);
         let cycle = energy.cycle(m, &z)?;
-        if !(cycle.loss <= MOST_LOST) {
+        if !(cycle.loss <= REGULAR_LOSS) {
             return None;
         }
         z = cycle.z;
@@ -227,8 +225,10 @@ pub(crate) fn sum(m: &FrozenModel, state: Landed, elapsed: f64) -> Option<Regula
     let (center, tangent) = energy.fixed_point(m, mean)?;
     let middle = energy.cycle(m, &center)?;
     let disc = Disc::new(center, &tangent, middle.loss)?;
-    let radius =
-        followed.iter().map(|z| (disc.inverse * (z - center)).norm()).fold(LEAST, f64::max);
+    let radius = followed
+        .iter()
+        .map(|z| (disc.inverse * (z - center)).norm())
+        .fold(REGULAR_RADIUS, f64::max);
     let disc = disc.scaled(MARGIN * radius);
     let whole = middle.tau / middle.loss;
     let mut matrix = DMatrix::zeros(CIRCLES * ON_CIRCLE, TERMS);

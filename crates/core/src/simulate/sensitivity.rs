@@ -117,7 +117,11 @@ impl Trajectory {
     pub fn time_error(&self) -> f64 {
         let end = self.record.end.clock;
         let sums = self.record.zeno.iter().map(|zeno| zeno.error).fold(0.0, f64::max);
-        self.error_of(end, sums, self.found_sensitivity().map(|found| found.late))
+        let late = self.found_sensitivity().map(|found| match found.zeno.last() {
+            Some(zeno) if self.outcome() == Outcome::Zeno => found.late.max(*zeno),
+            _ => found.late,
+        });
+        self.error_of(end, sums, late)
     }
 
     pub(super) fn found_sensitivity(&self) -> Option<&Sensitivity> {
