@@ -69,3 +69,18 @@ def test_a_body_rests_where_its_impacts_lead_it():
     assert summed.q[1:] == pytest.approx((0, 0), abs=1e-15)
     assert summed.q[0] == pytest.approx(0.3 * summed.elapsed, rel=1e-13)
     assert followed.qdot == pytest.approx((0.3, 0, 0), abs=1e-7)
+
+
+def test_states_within_the_sum_are_those_of_the_impacts():
+    """Up to more impacts than are recorded."""
+    rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.9999)
+    start = {"q": (0, 0.0089, 0.0178), "qdot": (0.3, 0.118, -1.4765), "model": "local"}
+    summed = sf.simulate(rod, **start)
+    for share in (0.1, 0.9, 0.999):
+        t = share * summed.elapsed
+        followed = sf.simulate(
+            rod, **start, time_limit=t, event_limit=10**7, record=False
+        )
+        q, qdot = summed.at(t)
+        assert np.abs(q - followed.q).max() < 1e-11
+        assert np.abs(qdot - followed.qdot).max() < 1e-8 * (1 - share)

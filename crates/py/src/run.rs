@@ -584,7 +584,7 @@ impl PyRun {
 
     /// (q, qdot), each (..., 3), of a mechanism (..., dof), at times t : (...) s of the run; exact within a phase. At the time of an impact it is the state
     /// after the impact; after the outcome "rest", the state of rest. Raises ValueError if t is outside the run, if the run was not recorded, or if t is so close to the end of
-    /// a sum of impacts that more than 100 000 events of the sum are before t.
+    /// a sum of impacts that more than 100 000 events of the sum (20 million of two contacts in the local model) are before t.
     fn at<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Pair<'py>> {
         let dof = self.0.mechanism().map_or(3, Mechanism::dof);
         let t = doubles("t", t)?;

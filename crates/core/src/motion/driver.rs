@@ -228,6 +228,11 @@ impl<'a> Driver<'a> {
         (outcome == Outcome::TimeLimit).then_some(self.record)
     }
 
+    /// The state at the time limit, for the run of a summed tail; `None` if another outcome ends it.
+    pub(super) fn state_after_tail(mut self) -> Option<Moving> {
+        (self.motion() == Outcome::TimeLimit).then_some(self.state)
+    }
+
     /// The end of an unrecorded run.
     pub(super) fn finish(&mut self, outcome: Outcome) -> Result<End, Error> {
         let end = self.arrive(outcome)?;

@@ -7,6 +7,9 @@ use crate::motion::subject::Subject;
 use crate::options::Options;
 use crate::zeno::{FrozenModel, Gaps, Impulses};
 
+/// Most events of a sum that are followed without a record: a second of computing time.
+const MOST_FOLLOWED: usize = 20_000_000;
+
 /// The last time up to `t` (s) in a tail from these gaps on that closed forms give, the gaps then, and the effects of the impacts until then.
 fn within(tail: Tail, model: &FrozenModel, gaps: &Gaps, t: f64) -> (f64, Gaps, Impulses) {
     match tail {
@@ -58,17 +61,43 @@ pub(crate) fn replayed(
     until: f64,
 ) -> Option<(Box<Record>, Options)> {
     let options = Options { record: true, ..options.of_resimulated_tail(until) };
+    let record = follower(start, fastest, subject, &options)?.run_tail()?;
+    Some((record, options))
+}
+
+/// The state at the time `dt` (s) within a sum of impacts that starts in this state, event by event without a record: for sums of two contacts over
+/// constant rows with so many impacts that [`replayed`] ends before.
+pub(crate) fn followed(
+    start: Moving,
+    fastest: f64,
+    subject: &Subject,
+    options: &Options,
+    dt: f64,
+) -> Option<Moving> {
+    let options = Options { event_limit: MOST_FOLLOWED, ..options.of_resimulated_tail(dt) };
+    let is_fast = matches!(&start, Moving::Frozen(rows) if rows.rows.gaps.is_some());
+    let follower = is_fast.then(|| follower(start, fastest, subject, &options))??;
+    follower.state_after_tail()
+}
+
+/// The driver of a run from this state on that has recorded the Zeno points of its contacts at rest.
+fn follower(
+    start: Moving,
+    fastest: f64,
+    subject: &Subject,
+    options: &Options,
+) -> Option<Driver<'static>> {
     let resting = start.points().map(|point| point == (0.0, 0.0)).collect();
-    let (subject, never) = (subject.clone(), || false);
+    let (subject, never) = (subject.clone(), &|| false);
     let mut run = match (start, subject.posture().cloned()) {
         (Moving::Turning(body), Some(posture)) => {
-            Driver::of_body(&posture, *body, subject, &options, Vec::new(), &never)
+            Driver::of_body(&posture, *body, subject, options, Vec::new(), never)
         }
         (Moving::Frozen(rows), _) => {
-            Driver::of_rows(*rows, 0.0, subject, &options, Vec::new(), &never)
+            Driver::of_rows(*rows, 0.0, subject, options, Vec::new(), never)
         }
         (Moving::Turning(_), None) => return None,
     };
     (run.resting, run.fastest) = (resting, fastest);
-    Some((run.run_tail()?, options))
+    Some(run)
 }

@@ -13,7 +13,7 @@ use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{Mode, Word, mechanism_forces};
 use crate::motion::moving::Moving;
 use crate::motion::record::{Motion, Record, Tail};
-use crate::motion::replay::{lead, replayed};
+use crate::motion::replay::{followed, lead, replayed};
 use crate::options::Model;
 use crate::outcome::{Instant, Outcome};
 use crate::simulate::start::Start;
@@ -97,7 +97,7 @@ impl<'a> Reader<'a> {
     /// # Errors
     ///
     /// [`Error::Unusable`] if nothing was recorded, if `t` lies outside the run, or if `t` lies so close to the end of a sum of
-    /// impacts that more than 100 000 events of the sum come before it.
+    /// impacts that more than 100 000 events of the sum (20 million of two contacts in the local model) come before it.
     pub fn at(&mut self, t: f64) -> Result<Instant, Error> {
         let Some((state, _)) = self.now(t)? else { return Ok(self.run.record.end.instant()) };
         Ok(match (&state, self.run.posture()) {
@@ -277,7 +277,13 @@ impl<'a> Reader<'a> {
         }
         let until = (duration * (1.0 - left)).max(dt);
         if self.sum.as_ref().is_none_or(|(known, _)| *known != until) {
-            self.sum = Some((until, part_of_sum(self.run, start.clone(), *fastest, until)?));
+            let Some(part) = part_of_sum(self.run, start.clone(), *fastest, until) else {
+                let state =
+                    followed(start.clone(), *fastest, &record.subject, self.run.options(), dt)?;
+                let modes = vec![Mode::Separate; state.count()];
+                return Some((state, Cow::Owned(modes)));
+            };
+            self.sum = Some((until, part));
         }
         self.sum.as_ref()?.1.within(dt)
     }
