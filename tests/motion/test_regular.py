@@ -83,4 +83,5 @@ def test_states_within_the_sum_are_those_of_the_impacts():
         )
         q, qdot = summed.at(t)
         assert np.abs(q - followed.q).max() < 1e-11
-        assert np.abs(qdot - followed.qdot).max() < 1e-8 * (1 - share)
+        # The clocks of 650 s differ by up to 1e-11 s, and the body falls meanwhile.
+        assert np.abs(qdot - followed.qdot).max() < 9.81e-11

@@ -195,19 +195,17 @@ impl Drops {
             Err(exit) => exit,
         };
         let dt = log.clock.hi;
-        let Some(left) = exit.time_to_rest() else {
-            return Err(Some(Box::new((exit, FlightEnd::Frozen { dt, sum, gaps }))));
-        };
-        rows.fly(&mut y, &mut v, dt, &sum, &gaps);
-        let own = model.settle(&gaps, left);
-        rows.fly(&mut y, &mut v, left, &own, &Gaps::default());
-        log.clock = log.clock.after(left);
-        let q = rows.q(&y);
-        let slow = rows.reach * v.norm() <= still_speed(fastest, rows.largest_pull, log.clock);
-        match slow && rows.lies() && log.step() && near(&q) {
-            true => Ok(State { q, qdot: v }),
-            false => Err(None),
+        if let Some(left) = exit.time_to_rest() {
+            rows.fly(&mut y, &mut v, dt, &sum, &gaps);
+            rows.fly(&mut y, &mut v, left, &model.settle(&gaps, left), &Gaps::default());
+            let (q, clock) = (rows.q(&y), log.clock.after(left));
+            let slow = rows.reach * v.norm() <= still_speed(fastest, rows.largest_pull, clock);
+            if slow && rows.lies() && near(&q) && log.step() {
+                log.clock = clock;
+                return Ok(State { q, qdot: v });
+            }
         }
+        Err(Some(Box::new((exit, FlightEnd::Frozen { dt, sum, gaps }))))
     }
 
     /// The same in the full model.
@@ -247,25 +245,22 @@ impl Drops {
             state = state.renewed().hit(&model, log.clock.since(clock), &sum, &gaps);
             frozen = Some(model);
         }
-        let Some(left) = exit.time_to_rest() else {
-            let end = FlightEnd::Turning { state, model: frozen };
-            return Err(Some(Box::new((exit, end))));
-        };
-        let model = frozen.unwrap_or_else(|| state.model());
-        let own = model.settle(&state.gaps, left);
-        state = state.renewed().hit(&model, left, &own, &Gaps::default());
-        log.clock = log.clock.after(left);
-        let FullState { center, spin, b, .. } = state;
-        let most = center.v.x.abs().max(center.v.y.abs()).max(self.size * spin.omega.abs());
-        let gravity = self.pair.gravity;
-        let levels =
-            [0, 1].map(|i| (self.pair.contacts[i].friction, self.pair.contacts[i].normal, b[i]));
-        let rests = most <= still_speed(fastest, gravity, log.clock)
-            && lies_level(Vector2::new(0.0, -gravity), gravity, levels, &center.v, spin.omega);
-        match rests && log.step() && near(&state.q()) {
-            true => Ok(state_at((center, spin))),
-            false => Err(None),
+        if let Some(left) = exit.time_to_rest() {
+            let model = frozen.unwrap_or_else(|| state.model());
+            let own = model.settle(&state.gaps, left);
+            let end = state.renewed().hit(&model, left, &own, &Gaps::default());
+            let (FullState { center, spin, b, .. }, clock) = (end, log.clock.after(left));
+            let most = center.v.x.abs().max(center.v.y.abs()).max(self.size * spin.omega.abs());
+            let (contacts, gravity) = (&self.pair.contacts, self.pair.gravity);
+            let levels = [0, 1].map(|i| (contacts[i].friction, contacts[i].normal, b[i]));
+            let rests = most <= still_speed(fastest, gravity, clock)
+                && lies_level(Vector2::new(0.0, -gravity), gravity, levels, &center.v, spin.omega);
+            if rests && near(&end.q()) && log.step() {
+                log.clock = clock;
+                return Ok(state_at((center, spin)));
+            }
         }
+        Err(Some(Box::new((exit, FlightEnd::Turning { state, model: frozen }))))
     }
 }
 
