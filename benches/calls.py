@@ -35,13 +35,17 @@ def rod(radius=0.2, restitution=0.1):
 
 
 def one():
+    """Seconds of one run, by model."""
     body, q, qdot = rod(), (0, 0.011, math.asin(0.002)), (0, 0, 0)
+    took = {}
     for model in ("local", "full", "auto"):
-        took = best(lambda m=model: sf.simulate(body, q, qdot, model=m), CALLS)
-        print(f"one run, {model}: {1e6 * took:.1f} µs")
+        took[model] = best(lambda m=model: sf.simulate(body, q, qdot, model=m), CALLS)
+        print(f"one run, {model}: {1e6 * took[model]:.1f} µs")
+    return took
 
 
-def many():
+def many(single):
+    """`single`: seconds of one run by itself, by model."""
     number = np.arange(COUNT)
     share = number / COUNT
     other = number * 7919 % COUNT / COUNT
@@ -60,8 +64,9 @@ def many():
                 runs = sf.simulate_many(bodies, q, (0, 0, 0), model=model)
                 return runs.time, runs.q
 
+            each = best(call) / COUNT
             print(
-                f"a million {what}, {model}: {1e-6 * COUNT / best(call):.2f} million runs a second"
+                f"a million {what}, {model}: {1e-6 / each:.2f} million runs a second, a run in {each / single[model]:.3f} of one by itself"
             )
 
 
@@ -90,6 +95,5 @@ def page():
 
 
 if __name__ == "__main__":
-    one()
-    many()
+    many(one())
     page()
