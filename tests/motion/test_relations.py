@@ -242,14 +242,21 @@ def flaws(posture, run, options, rng, seen):
     starts, struck = [p.start for p in phases], set(impacts["time"].tolist())
     events = np.unique([0.0, end, *starts, *struck, *limits])
     events = events[(events >= 0) & (events <= end)]
-    # Before a Zeno point come bounces that are summed. The first of them lasts the share 1 - e of the time to it, or more.
-    share = 0.9 * (1 - max(c.restitution or 0 for c in posture.contacts))
-    share = min(share, 0.9 * (1 - posture.restitution))
+    # Before a Zeno point come bounces that are summed. The first of them lasts the share 1 - e of the time to it, or with friction more than half
+    # of this share: a slide that sticks makes impacts on a slope rebound more.
+    share = 0.5 * (1 - max(c.restitution or 0 for c in posture.contacts))
+    share = min(share, 0.5 * (1 - posture.restitution))
     alone = np.where(np.isin(events[1:], limits), share, 1.0)
     first = events[:-1] + alone * np.diff(events)
     ends = np.where(alone < 1, first, events[1:])
     pairs = zip(events[:-1], ends, strict=True)
-    stretches = [(a, b) for a, b in pairs if b - a > SHORTEST]
+    # A nested sum has impacts and phases of contact from its start on: no part of it is of one mode.
+    nested = {z.time for z in run.zeno_points if z.method == "nested"}
+    stretches = [
+        (a, b)
+        for (a, b), event in zip(pairs, events[1:], strict=True)
+        if b - a > SHORTEST and event not in nested
+    ]
     rng.shuffle(stretches)
     for a, b in stretches[:STRETCHES]:
         (mode,) = {p.mode for p in phases if p.start <= a and p.end >= b}
