@@ -7,7 +7,8 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use standfast::excitation::Excitation;
 use standfast::outcome::End;
 use standfast::simulate::{Resources, simulate_many_until};
-use standfast::{Lamina, Model, Options, Outcome, Posture, State};
+use standfast::{Model, Options, Outcome, Posture, State};
+use standfast_benches::rods;
 
 const RODS: u32 = 4096;
 
@@ -21,24 +22,7 @@ fn many(postures: &[Posture], states: &[State], options: &Options) -> Vec<End> {
 fn rests(c: &mut Criterion) {
     let mut group = c.benchmark_group("batch");
     group.throughput(Throughput::Elements(u64::from(RODS)));
-    let share = |k: u32| f64::from(k) / f64::from(RODS);
-    let rods: Vec<Posture> = (0..RODS)
-        .map(|k| {
-            let restitution = 0.05 + 0.1 * share(k * 7919 % RODS);
-            Posture::rod(
-                0.5,
-                &Lamina {
-                    gyration_radius: Some(0.15 + 0.1 * share(k)),
-                    restitution,
-                    ..Lamina::default()
-                },
-            )
-            .unwrap_or_else(|e| panic!("{e}"))
-        })
-        .collect();
-    let starts: Vec<State> = (0..RODS)
-        .map(|k| State::at_rest([0.0, 0.011, 0.002 * (0.2 + 0.8 * share(k * 3137 % RODS))]))
-        .collect();
+    let (rods, starts) = rods(RODS);
     for (model, name) in [(Model::Local, "local"), (Model::Full, "full"), (Model::Auto, "auto")] {
         let options = Options { model, ..Options::default() };
         assert!(many(&rods, &starts, &options).iter().all(|end| end.outcome == Outcome::Rest));

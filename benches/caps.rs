@@ -12,10 +12,12 @@ use std::hint::black_box;
 use gungraun::prelude::*;
 use gungraun::{Callgrind, EventKind};
 use standfast::body::{LocalModel, LocalState};
+use standfast::excitation::Excitation;
 use standfast::modes::{ContactProblem, PairModes, ProblemFields};
-use standfast::simulate::simulate_local;
+use standfast::outcome::End;
+use standfast::simulate::{Resources, simulate_local, simulate_many_until};
 use standfast::{Lamina, Model, Options, Posture, State, Stop, Trajectory, simulate};
-use standfast_benches::self_similar;
+use standfast_benches::{rods, self_similar};
 
 /// Ends the run by time instead of at the same collision by `event_limit`, because that outcome has a warning, which
 /// costs as much as ten collisions.
@@ -76,6 +78,23 @@ fn stance() -> ContactProblem {
     .unwrap_or_else(|e| panic!("{e}"))
 }
 
+/// Drops of rods in one call: of one rod, or of different ones.
+type Batch = (Vec<Posture>, Vec<State>, Options);
+
+fn batch(model: Model, different: bool) -> Batch {
+    let (mut rods, starts) = rods(limits::RODS);
+    rods.truncate(if different { rods.len() } else { 1 });
+    (rods, starts, Options { model, ..Options::default() })
+}
+
+fn many((rods, starts, options): Batch) -> (Vec<End>, Batch) {
+    let (nothing, resources) = ([Excitation::default()], Resources { threads: 1 });
+    let ends =
+        simulate_many_until(&rods, &starts, black_box(&options), &nothing, resources, &|| false);
+    // The batch is returned so that dropping it is not counted.
+    (ends.unwrap_or_else(|e| panic!("{e}")), (rods, starts, options))
+}
+
 fn capped(instructions: u64) -> LibraryBenchmarkConfig {
     let mut config = LibraryBenchmarkConfig::default();
     config.tool(Callgrind::default().hard_limits([(EventKind::Ir, instructions)]));
@@ -118,5 +137,33 @@ fn pair_modes(stance: ContactProblem) -> (Option<PairModes>, ContactProblem) {
     (black_box(&stance).pair_modes(), stance) // returned, so that dropping it is not counted
 }
 
-library_benchmark_group!(name = caps, benchmarks = [local, local_recorded, full, pair_modes]);
+#[library_benchmark(config = capped(limits::ONE_ROD_LOCAL))]
+#[bench::one_rod(batch(Model::Local, false))]
+fn drops_local(all: Batch) -> (Vec<End>, Batch) {
+    many(all)
+}
+
+#[library_benchmark(config = capped(limits::RODS_LOCAL))]
+#[bench::different_rods(batch(Model::Local, true))]
+fn rods_local(all: Batch) -> (Vec<End>, Batch) {
+    many(all)
+}
+
+#[library_benchmark(config = capped(limits::ONE_ROD_FULL))]
+#[bench::one_rod(batch(Model::Full, false))]
+fn drops_full(all: Batch) -> (Vec<End>, Batch) {
+    many(all)
+}
+
+#[library_benchmark(config = capped(limits::RODS_FULL))]
+#[bench::different_rods(batch(Model::Full, true))]
+fn rods_full(all: Batch) -> (Vec<End>, Batch) {
+    many(all)
+}
+
+library_benchmark_group!(
+    name = caps,
+    benchmarks =
+        [local, local_recorded, full, pair_modes, drops_local, rods_local, drops_full, rods_full]
+);
 main!(library_benchmark_groups = caps);

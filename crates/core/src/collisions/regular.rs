@@ -19,7 +19,7 @@
 //!
 //! What is left of the equation, r(z), is an error Σ fⁿ r(z_n) of S along the shapes z_n of the motion. Their sums P_n = r(z_0) + … + r(z_n) are
 //! followed for N cycles. They grow by a mean m = P_N/N, known up to C/N, and deviate from that by at most C: the error is
-//! (|m| + C/N)/(1 − f) + C. This is the largest of several motions, because shapes come nearer to the fixed point.
+//! estimated as (|m| + C/N)/(1 − f) + C. This is the largest of several motions, because shapes come nearer to the fixed point. It is no proved bound.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 

@@ -222,17 +222,8 @@ impl Drops {
         let mut state = FullState::new(self.pair, gaps, center, spin);
         let mut exit = LoopExit::Freeze;
         if !state.may_freeze(log) {
-            let mut collisions = FullCollisions::begin(&self.pair, log);
-            exit = loop {
-                let next = collisions.next(&mut state, log);
-                if !near(&state.q()) || next.is_none() && log.hits >= MANY_BOUNCES {
-                    return Err(None);
-                }
-                if let Some(exit) = next.or_else(|| collisions.alternate(&mut state, log)) {
-                    break exit;
-                }
-            };
-            exit = collisions.end(exit, &mut state, log);
+            let Some(end) = collide(&mut state, log, near) else { return Err(None) };
+            exit = end;
         }
         let mut frozen = None;
         if exit == LoopExit::Freeze {
@@ -262,6 +253,26 @@ impl Drops {
         }
         Err(Some(Box::new((exit, FlightEnd::Turning { state, model: frozen }))))
     }
+}
+
+/// The fast loop in the geometry that turns. `None`: a driver has to look at its steps.
+#[inline(never)] // keeps the registers free for the collisions
+fn collide(
+    state: &mut FullState,
+    log: &mut Log,
+    near: &dyn Fn(&Vector3<f64>) -> bool,
+) -> Option<LoopExit> {
+    let mut collisions = FullCollisions::begin(&state.body, log);
+    let exit = loop {
+        let next = collisions.next(state, log);
+        if !near(&state.q()) || next.is_none() && log.hits >= MANY_BOUNCES {
+            return None;
+        }
+        if let Some(exit) = next.or_else(|| collisions.alternate(state, log)) {
+            break exit;
+        }
+    };
+    Some(collisions.end(exit, state, log))
 }
 
 impl Rows {

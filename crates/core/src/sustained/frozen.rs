@@ -287,7 +287,8 @@ fn is_little<V: MassVector>(acceleration: &V, reach: f64, largest_pull: f64) -> 
     reach * acceleration.norm() <= STILL * largest_pull
 }
 
-/// Whether two contacts without friction, which rest, stay at rest: both are pressed to the ground, so that no other mode is consistent. `None`: not both are.
+/// Whether two contacts without friction, which rest, stay at rest. `None`: they are not both pressed to the ground. If they are, no other mode is
+/// consistent.
 /// `reach`: the largest speed of a contact per unit of |ẏ|.
 pub(crate) fn lie<V: MassVector>(
     rows: &[GapRow<'_, V>],

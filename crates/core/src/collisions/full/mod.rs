@@ -460,6 +460,7 @@ impl FullCollisions {
     }
 
     /// Simulates plain collisions alternately at the two contacts, until another event is next (`None`) or the loop ends.
+    #[inline(always)] // into loops that do nothing else: their registers are free for the collisions
     pub(crate) fn alternate(&mut self, state: &mut FullState, log: &mut Log) -> Option<LoopExit> {
         let (first, hits) = (self.active?, log.hits);
         let exit = self.in_turn(first, state, log);
@@ -469,6 +470,7 @@ impl FullCollisions {
     }
 
     /// The code of both contacts is written out, without indices.
+    #[inline(always)]
     fn in_turn(&mut self, first: usize, state: &mut FullState, log: &mut Log) -> Option<LoopExit> {
         let mut fast = FullLoopState::of(state, log.clock);
         if first == 1
