@@ -259,6 +259,10 @@ pub(crate) const PARALLEL_GAP_ROWS: f64 = 16.0 * f64::EPSILON;
 /// 1e-14 to 1e-10.
 pub(crate) const REGULAR_ERROR: f64 = 1e-12;
 
+/// Error of the sum of a regular motion above which a polynomial of a higher degree is not tried. Unit: [`REGULAR_ERROR`]. Only the cost depends on
+/// it. Range: 1e2 to 1e8.
+pub(crate) const REGULAR_PROMISING: f64 = 1e5;
+
 /// Largest loss 1 − f of a regular cycle, f the factor of the size of the motion. Up to rest some 40/(1 − f) cycles are left, and a sum costs as much
 /// as 50 000 of them. Only the cost depends on it. Dimensionless. Range: 1e-4 to 1e-3.
 pub(crate) const REGULAR_LOSS: f64 = 3e-4;

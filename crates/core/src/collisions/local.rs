@@ -14,7 +14,7 @@
 //! root and its division.
 
 use crate::collisions::log::{Collision, Log};
-use crate::collisions::regular::{self, RegularSum};
+use crate::collisions::regular::{self, REGULAR, RegularSum};
 use crate::flight::parabola_touchdown;
 use crate::impact::newton;
 use crate::math::clock::{Clock, unnormalised_after};
@@ -74,8 +74,6 @@ impl LoopExit {
 const CHECKS: usize = 16;
 /// Number of first collisions after each of which a tail is tested for: in short runs, an attempt that comes late costs more than the test.
 const WATCHED: usize = 64;
-/// Number of collisions after which a sum of a regular motion is first tried.
-const REGULAR: usize = 1000;
 /// Number of collisions by which the record grows at a time; even. If every collision checked whether the list has to grow, the check would
 /// cost half as much as the collision.
 const BLOCK: usize = 64;
@@ -388,8 +386,8 @@ impl LocalCollisions {
             if self.a == 0 && number >= self.regular {
                 self.regular = 2 * number;
                 let LocalLoopState { u_a, u_b, h_b, hi, .. } = self.r;
-                let sum = regular::sum(m, [u_a, u_b, h_b], hi);
-                if let Some(sum) = sum.filter(|sum| sum.duration <= self.r.left(log.end)) {
+                let time = [hi, self.r.left(log.end)];
+                if let Some(sum) = regular::local_sum(m, [u_a, u_b, h_b], time) {
                     return Some(LoopExit::Regular(sum));
                 }
             }

@@ -3,4 +3,4 @@
 pub(crate) mod full;
 pub(crate) mod local;
 pub(crate) mod log;
-mod regular;
+pub(crate) mod regular;

@@ -237,9 +237,14 @@ impl Drops {
             frozen = Some(model);
         }
         if let Some(left) = exit.time_to_rest() {
-            let model = frozen.unwrap_or_else(|| state.model());
-            let own = model.settle(&state.gaps, left);
-            let end = state.renewed().hit(&model, left, &own, &Gaps::default());
+            let end = match (exit, frozen) {
+                (LoopExit::Regular(_), None) => state.at_rest_after(left),
+                _ => {
+                    let model = frozen.unwrap_or_else(|| state.model());
+                    let own = model.settle(&state.gaps, left);
+                    state.renewed().hit(&model, left, &own, &Gaps::default())
+                }
+            };
             let (FullState { center, spin, b, .. }, clock) = (end, log.clock.after(left));
             let most = center.v.x.abs().max(center.v.y.abs()).max(self.size * spin.omega.abs());
             let (contacts, gravity) = (&self.pair.contacts, self.pair.gravity);

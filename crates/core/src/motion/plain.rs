@@ -5,6 +5,7 @@ use nalgebra::Vector2;
 use crate::collisions::full::{FullCollisions, FullState, PairBody};
 use crate::collisions::local::{LocalCollisions, LoopExit, are_one, fly_for};
 use crate::collisions::log::Collision;
+use crate::collisions::regular::RegularSum;
 use crate::impact::newton::{self, Hit, SequenceEnd};
 use crate::math::clock::Clock;
 use crate::math::mass_vector::MassVector;
@@ -349,7 +350,18 @@ impl Driver<'_> {
     /// Processes the end of the fast loop in the geometry that turns, in this state.
     pub(super) fn land_turning(&mut self, exit: LoopExit, state: &FullState) -> Option<Outcome> {
         let model = state.model();
-        let LoopExit::Bounce { contact, duration } = exit else { return self.land(exit, &model) };
+        let (contact, duration) = match exit {
+            LoopExit::Bounce { contact, duration } => (contact, duration),
+            LoopExit::Regular(RegularSum { duration, error }) => {
+                self.begin_sum(Tail::Collisions);
+                if let Moving::Turning(body) = &mut self.state {
+                    body.follow(&state.at_rest_after(duration));
+                }
+                self.log.clock = self.log.clock.after(duration);
+                return self.settle(&[0, 1], Some(ZenoMethod::SelfSimilar), false, error, 0.0);
+            }
+            exit => return self.land(exit, &model),
+        };
         let (end, own) = model.end_bounce(contact, &state.gaps, duration);
         self.skip(&model, Tail::Bounce { contact }, duration, &own, &end);
         // The other contact moves with the body: its rate in the frozen geometry neglects that the geometry changes.

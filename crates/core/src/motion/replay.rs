@@ -75,7 +75,10 @@ pub(crate) fn followed(
     dt: f64,
 ) -> Option<Moving> {
     let options = Options { event_limit: MOST_FOLLOWED, ..options.of_resimulated_tail(dt) };
-    let is_fast = matches!(&start, Moving::Frozen(rows) if rows.rows.gaps.is_some());
+    let is_fast = match &start {
+        Moving::Frozen(rows) => rows.rows.gaps.is_some(),
+        Moving::Turning(_) => subject.pair().is_some(),
+    };
     let follower = is_fast.then(|| follower(start, fastest, subject, &options))??;
     follower.state_after_tail()
 }

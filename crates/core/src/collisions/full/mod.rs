@@ -4,6 +4,7 @@
 //! rest of an accumulation is so short that the geometry does not change, the frozen model sums it.
 
 mod plain;
+mod regular;
 mod tail;
 
 use nalgebra::{Vector2, Vector3};
@@ -12,6 +13,7 @@ use crate::body::geometry::{ContactGeometry, couplings};
 use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::collisions::local::{LoopExit, are_one, time_to_rest};
 use crate::collisions::log::{Center, Collision, Log, Spin};
+use crate::collisions::regular::{REGULAR, RegularSum};
 use crate::flight::{GapArc, Touchdown, is_lost};
 use crate::impact::newton;
 use crate::math::turn::Turn;
@@ -376,6 +378,9 @@ pub(crate) struct FullCollisions {
     /// The contact hit last, if it is in the air.
     active: Option<usize>,
     left: UntilCheck,
+    /// Number of collisions when the loop began, and of its collisions after which a sum of a regular motion is tried.
+    first: usize,
+    regular: usize,
 }
 
 impl FullCollisions {
@@ -394,7 +399,13 @@ impl FullCollisions {
 
     pub(crate) fn begin(body: &PairBody, log: &mut Log) -> Self {
         let left = UntilCheck { granted: log.chunk(), fresh: REFRESH };
-        Self { constants: FullConstants::new(body, log.end), active: None, left }
+        Self {
+            constants: FullConstants::new(body, log.end),
+            active: None,
+            left,
+            first: log.hits,
+            regular: REGULAR,
+        }
     }
 
     /// The contact that was hit last and has taken off.
@@ -488,6 +499,13 @@ impl FullCollisions {
         }
     }
 
+    /// The sum of the rest of the motion after an impact at `a`, if it is regular.
+    #[cold]
+    fn regular_sum(&mut self, a: usize, state: &FullState, log: &Log) -> Option<RegularSum> {
+        self.regular = 2 * (log.hits - self.first);
+        state.regular_sum(a, [log.clock.hi, log.left()])
+    }
+
     /// The next collision, if it is plain. `A`: the contact hit last. Result: as of [`Self::end_after`].
     #[inline(always)]
     fn plain_collision<const A: usize>(
@@ -498,6 +516,12 @@ impl FullCollisions {
     ) -> Option<Option<LoopExit>> {
         if self.left.fresh == 0 && fast.refresh(&self.constants) {
             self.left.fresh = REFRESH;
+            if log.hits - self.first >= self.regular {
+                log.clock = fast.put(state);
+                if let Some(sum) = self.regular_sum(A, state, log) {
+                    return Some(Some(LoopExit::Regular(sum)));
+                }
+            }
         }
         let go_on = self.left.fresh > 0 && self.left.granted > 0;
         let next = if go_on { fast.plain_collision::<A>(&self.constants) } else { None };
