@@ -143,11 +143,12 @@ impl OnGround<'_, '_> {
         }
         let landings = self.state.touchdowns(|j| self.is_between(j));
         let first = landings.iter().flatten().copied().fold(f64::INFINITY, f64::min);
-        let crossing = (0..n)
-            .filter_map(|i| self.state.crossing(i, first).map(|(t, side)| (t, i, side)))
-            .filter(|(t, ..)| !lost && *t < first)
-            .min_by(|x, y| x.0.total_cmp(&y.0));
-        let t = crossing.map_or(first, |(t, ..)| t);
+        let (mut t, mut crossing) = (first, None);
+        for i in (0..n).filter(|_| !lost) {
+            if let Some((earlier, side)) = self.state.crossing(i, t).filter(|(at, _)| *at < t) {
+                (t, crossing) = (earlier, Some((i, side)));
+            }
+        }
         let left = self.log.left();
         let surfacing = (0..n)
             .filter(|_| !lost)
@@ -196,7 +197,7 @@ impl OnGround<'_, '_> {
             self.state.points[i].surfaces();
             return None;
         }
-        if let Some((_, i, side)) = crossing {
+        if let Some((i, side)) = crossing {
             self.state.points[i].place.sides[side] = 0.0;
             if !self.lands_in_vertex(i) {
                 self.cross(i, side);

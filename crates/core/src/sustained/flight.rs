@@ -133,7 +133,7 @@ impl BodyState {
             };
             let t = if arc.h == 0.0 && outwards {
                 Some(0.0)
-            } else if arc.stays_open(limit) {
+            } else if arc.stays_open(first.map_or(limit, |(earlier, _)| earlier)) {
                 None
             } else {
                 next(&arc)
