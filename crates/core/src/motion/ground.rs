@@ -1,4 +1,4 @@
-//! A body that turns, over its ground: flights to the next touchdown or end of a piece of terrain.
+//! A body that turns, over its ground: flights to the next touchdown or end of a piece of terrain, or over many of these ends at once.
 
 use crate::body::contact::{ContactLetters, ContactValues};
 use crate::body::posture::Posture;

@@ -397,3 +397,37 @@ impl Seen {
         hull.iter().all(|point| point.dot(&from) > margin)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Lamina;
+    use crate::math::random::Random;
+    use crate::sustained::flight::flown;
+
+    /// Corners around a box that flies and turns: none of those that are ruled out within a time enters within it.
+    #[test]
+    fn corners_that_are_ruled_out_do_not_enter() {
+        let (posture, mut random) =
+            (Posture::block(1.0, 0.6, &Lamina::default()).unwrap(), Random(11));
+        let outline = posture.outline().unwrap();
+        let [mut out, mut entered] = [0, 0];
+        for _ in 0..2000 {
+            let mut vector =
+                |most: f64| Vector2::new(random.between(-most, most), random.between(-most, most));
+            let center = Center { r: vector(0.1), v: vector(2.0) };
+            let (corner, fall) = (posture.center() + vector(0.8), Vector2::new(0.0, -9.81));
+            let (theta, omega) = (random.between(-3.0, 3.0), random.between(-4.0, 4.0));
+            let spin = Spin { theta, omega };
+            let at = |t: f64| flown((center, spin), fall, t);
+            let (path, dt) = (Path::new(&posture, &[], &at), random.between(0.0, 0.3));
+            let entry = path.entry(outline, &corner, dt);
+            entered += usize::from(entry.is_some());
+            if !path.reached(outline, dt)(&Extent::of([corner])) {
+                out += 1;
+                assert_eq!(entry, None);
+            }
+        }
+        assert!(out > 500 && entered > 500, "{out} {entered}");
+    }
+}
