@@ -48,6 +48,10 @@ pub(crate) struct Path<'a> {
     at: &'a dyn Fn(f64) -> (Center, Spin),
 }
 
+/// The control points of the depth of a point V below the line of a side, each as (n, d) with the depth n·(V − x − r) + d (m), where
+/// x + r is the centre of mass at the start.
+type Depths = [(Vector2<f64>, f64); 4];
+
 /// A corner of the ground at an instant, in the axes of the body.
 #[derive(Clone, Copy)]
 struct Seen {
@@ -248,8 +252,7 @@ impl<'a> Path<'a> {
         let (far, margin) = (outline.radius + moved, TOUCH * outline.radius + rounding);
         let turn = dt * seen.into_iter().map(|(_, spin)| spin.omega.abs()).fold(0.0, f64::max);
         let known = outline.is_convex && turn <= CUBIC_TURN;
-        // Of a side: y = inwards·(V − x − r) + from there the line, both at the start, for each control point.
-        let lines: SmallVec<[[(Vector2<f64>, f64); 4]; 8]> = outline
+        let lines: SmallVec<[Depths; 8]> = outline
             .sides()
             .iter()
             .filter(|_| known)
