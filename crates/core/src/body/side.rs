@@ -169,8 +169,10 @@ impl Posture {
         let shared = self.grounds().iter().filter(|ground| ground.is_polyline);
         let rounding = PLACE * (center.norm() + outline.radius);
         let limits = Extent::of([center]).grown(outline.radius + rounding);
+        let near = outline.near(center, &Turn::by(q.z), rounding);
+        let may = |place: &Extent| limits.meets(place) && near(place);
         let pieces =
-            shared.flat_map(|ground| ground.places.meeting(limits).map(|k| &ground.pieces[k]));
+            shared.flat_map(|ground| ground.places.of_which(may).map(|k| &ground.pieces[k]));
         let ends = pieces.map(|piece| piece.ends.map(|end| end.vertex));
         ends.filter(|ends| ends.iter().all(|end| end.amax() < f64::INFINITY))
             .filter_map(|ends| outline.pierced(ends.map(seen)))

@@ -330,6 +330,16 @@ impl Ground {
         }
     }
 
+    /// Height above the line of a piece of the highest end of the pieces between these x, all in m; 0 if none is higher than `least`.
+    pub(crate) fn rise(&self, piece: &Piece, between: [f64; 2], least: f64) -> f64 {
+        let strip = Extent::of(between.map(|x| Vector2::new(x, 0.0)));
+        let may = |place: &Extent| {
+            place.is_over(&strip) && place.farthest(&piece.normal, &piece.origin) > least
+        };
+        let ends = self.places.of_which(may).flat_map(|k| self.pieces[k].ends);
+        ends.map(|end| piece.height(&end.vertex)).filter(|rise| *rise > least).fold(0.0, f64::max)
+    }
+
     /// The pieces on both sides of a convex vertex at this point, which is known up to `error` (m).
     pub(crate) fn convex_vertex(&self, at: &Vector2<f64>, error: f64) -> Option<[isize; 2]> {
         let near = usize::try_from(self.find(at)).ok()?.min(self.pieces.len() - 1);

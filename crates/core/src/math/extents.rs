@@ -38,8 +38,16 @@ impl Extent {
 
     /// Whether two boxes have a point in common; true if a number is undefined.
     pub(crate) fn meets(&self, other: &Self) -> bool {
-        let apart = |k: usize| self.low[k] > other.high[k] || self.high[k] < other.low[k];
-        !(apart(0) || apart(1))
+        self.is_over(other) && !self.is_apart(other, 1)
+    }
+
+    /// Whether a vertical line meets both boxes; true if a number is undefined.
+    pub(crate) fn is_over(&self, other: &Self) -> bool {
+        !self.is_apart(other, 0)
+    }
+
+    fn is_apart(&self, other: &Self, axis: usize) -> bool {
+        self.low[axis] > other.high[axis] || self.high[axis] < other.low[axis]
     }
 
     /// Distance from a point, in m, up to its rounding error; 0 within.

@@ -1,4 +1,4 @@
-//! A body that turns, over its ground: flights to the next touchdown or end of a piece of terrain.
+//! A body that turns, over its ground: flights to the next touchdown or end of a piece of terrain, or over many of these ends at once.
 
 use crate::body::contact::{ContactLetters, ContactValues};
 use crate::body::posture::Posture;
@@ -101,7 +101,7 @@ impl OnGround<'_, '_> {
     }
 
     /// Flies on to the first corner of the ground that meets a side within `t` (s). Returns whether there is one.
-    fn meets(&mut self, t: f64) -> bool {
+    fn meets(&mut self, t: f64, passes: bool) -> bool {
         let Self { state, ground, log, edges, record, options, .. } = self;
         let at = |t| state.place_flown(t);
         let path = Path::new(&ground.posture, &state.sides, &at);
@@ -110,9 +110,19 @@ impl OnGround<'_, '_> {
         let Some(entry) = edges.entry(path, t, fall, time, &mut record.warnings) else {
             return false;
         };
-        (**state, log.clock) = (state.flown(entry.t), log.clock.after(entry.t));
+        self.fly(entry.t, passes);
         self.meet(entry);
         true
+    }
+
+    /// A flight of `dt` (s). `passes`: over ends of pieces of terrain.
+    fn fly(&mut self, dt: f64, passes: bool) {
+        *self.state = self.state.flown(dt);
+        self.log.clock = self.log.clock.after(dt);
+        if passes {
+            self.state.look_below(&self.ground.posture);
+            *self.cause = None;
+        }
     }
 
     /// Returns true if a flight of this duration and distance is too long for the position to stay resolved. With one contact only the
@@ -143,12 +153,17 @@ impl OnGround<'_, '_> {
         }
         let landings = self.state.touchdowns(|j| self.is_between(j));
         let first = landings.iter().flatten().copied().fold(f64::INFINITY, f64::min);
-        let crossing = (0..n)
-            .filter_map(|i| self.state.crossing(i, first).map(|(t, side)| (t, i, side)))
-            .filter(|(t, ..)| !lost && *t < first)
-            .min_by(|x, y| x.0.total_cmp(&y.0));
-        let t = crossing.map_or(first, |(t, ..)| t);
+        let (mut t, mut crossing) = (first, None);
+        for i in (0..n).filter(|_| !lost) {
+            if let Some((earlier, side)) = self.state.crossing(i, t).filter(|(at, _)| *at < t) {
+                (t, crossing) = (earlier, Some((i, side)));
+            }
+        }
         let left = self.log.left();
+        let free = crossing.and_then(|_| self.state.free(&self.ground.posture, first.min(left)));
+        if let Some(until) = free {
+            (t, crossing) = (until, None);
+        }
         let surfacing = (0..n)
             .filter(|_| !lost)
             .filter_map(|i| self.state.surfacing(i, t.min(left)).map(|t| (t, i)))
@@ -165,25 +180,25 @@ impl OnGround<'_, '_> {
         let fall = |t: f64| t * (self.state.center.v.norm() + 0.5 * t * self.state.gravity);
         if t > left || t == f64::INFINITY || fall(t) > DEPARTED {
             let departs = left == f64::INFINITY || fall(left) > DEPARTED;
-            if self.meets(left.max(0.0)) {
+            if self.meets(left.max(0.0), free.is_some()) {
                 return None;
             }
             if departs {
                 return Some(Outcome::Escape);
             }
-            *self.state = self.state.flown(left.max(0.0));
-            self.log.clock = self.log.clock.after(left.max(0.0));
+            self.fly(left.max(0.0), free.is_some());
             return Some(Outcome::TimeLimit);
         }
         if self.loses_place(t, fall(t)) {
             self.log.phase_lost = true;
             return Some(Outcome::EventLimit);
         }
-        if self.meets(t) {
+        if self.meets(t, free.is_some()) {
             return None;
         }
-        *self.state = self.state.flown(t);
-        self.log.clock = self.log.clock.after(t);
+        let pieces: ContactValues<isize> =
+            self.state.points.iter().map(|p| p.place.piece).collect();
+        self.fly(t, free.is_some());
         if self.log.hits.is_multiple_of(REFRESH) {
             self.refresh();
         }
@@ -196,15 +211,15 @@ impl OnGround<'_, '_> {
             self.state.points[i].surfaces();
             return None;
         }
-        if let Some((_, i, side)) = crossing {
+        if let Some((i, side)) = crossing {
             self.state.points[i].place.sides[side] = 0.0;
             if !self.lands_in_vertex(i) {
                 self.cross(i, side);
             }
             return None;
         }
-        for (p, landing) in self.state.points.iter_mut().zip(landings) {
-            if landing == Some(first) {
+        for ((p, landing), piece) in self.state.points.iter_mut().zip(landings).zip(pieces) {
+            if landing == Some(t) && p.place.piece == piece {
                 (p.h, p.u) = (0.0, p.u.min(0.0));
             }
         }

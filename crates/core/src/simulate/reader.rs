@@ -243,7 +243,13 @@ impl<'a> Reader<'a> {
         Some(match &spans[piece.span].motion {
             Motion::Modes { start: Moving::Turning(body), word, .. } => {
                 let held = self.held.get_or_insert_with(|| Held::new(body, word));
-                (Moving::Turning(Box::new(held.at(dt))), Cow::Borrowed(word))
+                let mut now = held.at(dt);
+                if held.kind == Kind::Flight
+                    && let Some(posture) = subject.posture()
+                {
+                    now.look_below(posture);
+                }
+                (Moving::Turning(Box::new(now)), Cow::Borrowed(word))
             }
             Motion::Modes { start: Moving::Frozen(rows), word, acceleration } => {
                 let state = rows.after(word, acceleration.as_ref()?, dt);

@@ -3,11 +3,17 @@
 use nalgebra::Vector2;
 
 use crate::body::contact::ContactValues;
+use crate::body::posture::Posture;
+use crate::body::terrain::Ground;
 use crate::collisions::log::{Center, Spin};
 use crate::flight::{GapArc, parabola_touchdown};
-use crate::math::turn::Turn;
+use crate::math::turn::{Turn, turned};
 use crate::sustained::{BodyState, ContactState, Rounding};
-use crate::tolerance::{LANDS_TOGETHER, LANDS_TOGETHER_SPEED, OVER_VERTEX, PULL_ROUNDINGS};
+use crate::tolerance::{LANDS_TOGETHER, LANDS_TOGETHER_SPEED, OVER_VERTEX, PULL_ROUNDINGS, TOUCH};
+
+/// Number of ends of pieces of terrain, of all points together, that are passed in one flight; if there are fewer, each is an event. It
+/// changes the cost, and rounding errors.
+const PASSED: usize = 4;
 
 /// Time to the next zero of an arc.
 pub(super) fn next(arc: &GapArc) -> Option<f64> {
@@ -133,7 +139,7 @@ impl BodyState {
             };
             let t = if arc.h == 0.0 && outwards {
                 Some(0.0)
-            } else if arc.stays_open(limit) {
+            } else if arc.stays_open(first.map_or(limit, |(earlier, _)| earlier)) {
                 None
             } else {
                 next(&arc)
@@ -145,6 +151,84 @@ impl BodyState {
             }
         }
         first
+    }
+
+    /// The ground of a point in flight over a polyline without walls.
+    fn polyline<'a>(&self, i: usize, posture: &'a Posture) -> Option<&'a Ground> {
+        let p = &self.points[i];
+        let flies = self.side_contact(i).is_none() && p.depth == 0.0 && p.h < f64::INFINITY;
+        let ground = posture.ground(p.place.contact).filter(|_| flies)?;
+        (ground.is_polyline && !ground.has_walls && ground.raised == 0.0).then_some(ground)
+    }
+
+    /// A time up to `limit` (s) until which no point meets its ground, also beyond the ends of the piece under it: at the earliest it does when
+    /// it comes down to the line of this piece, raised to the highest vertex within its reach. `None` if the points pass over few
+    /// ends until then, or if this line is above a point.
+    pub(crate) fn free(&self, posture: &Posture, limit: f64) -> Option<f64> {
+        if limit == f64::INFINITY {
+            return None;
+        }
+        let over_ends = |i: &usize| self.points[*i].place.sides != [f64::INFINITY; 2];
+        let own =
+            (0..self.points.len()).filter(|i| over_ends(i) && self.side_contact(*i).is_none());
+        let passes = |t: f64| {
+            let (center, turn) = (self.place_flown(t).0, Turn::by(self.spin.omega * t));
+            let passed = own.clone().map(|i| {
+                let at = posture.center() + center.r + turned(&turn, self.points[i].arm());
+                let find = |ground: &Ground| ground.find(&at).abs_diff(self.points[i].place.piece);
+                self.polyline(i, posture).map_or(0, find)
+            });
+            passed.sum::<usize>() >= PASSED
+        };
+        if !passes(limit) {
+            return None;
+        }
+        let mut until = limit;
+        for i in own.clone() {
+            let (p, ground) = (&self.points[i], self.polyline(i, posture)?);
+            let (piece, exists) = ground.nearest(p.place.piece);
+            if !exists {
+                return None;
+            }
+            let [speed, pull] = [self.center.v.x, self.fall.x].map(f64::abs);
+            let turn = (self.spin.omega.abs() * until).min(2.0);
+            let way = until * (speed + 0.5 * pull * until) + p.arm().norm() * turn;
+            let x = self.position(i, posture).x;
+            let rise = ground.rise(piece, [x - way, x + way], TOUCH * posture.size());
+            let arc = GapArc { h: p.h - rise, ..self.arc(i) };
+            if rise > 0.0 && arc.h <= 0.0 {
+                return None;
+            }
+            if rise > 0.0 && !arc.stays_open(until) {
+                until = next(&arc).map_or(until, |t| t.min(until));
+            }
+        }
+        (until == limit || passes(until)).then_some(until)
+    }
+
+    /// Puts the points that have flown over ends of the pieces under them on the pieces that are under them now.
+    pub(crate) fn look_below(&mut self, posture: &Posture) {
+        for i in 0..self.points.len() {
+            let old = self.points[i];
+            let Some(ground) = self.polyline(i, posture) else { continue };
+            let (at, arm, error) =
+                (self.position(i, posture), old.arm(), self.position_error(i, posture));
+            let over = ground.nearest(old.place.piece).0.sides(&at);
+            if over.iter().all(|side| *side >= -error) {
+                continue;
+            }
+            let velocity = old.tangent * self.along(i) + old.normal * old.u;
+            let mut p = old;
+            p.place = ground.place(old.place.contact, ground.find(&at), &at);
+            let (piece, exists) = ground.nearest(p.place.piece);
+            p.turns_to(posture, piece, &at);
+            (p.b, p.c, p.held) = (p.tangent.dot(&arm), p.normal.dot(&arm), None);
+            p.u = p.normal.dot(&velocity);
+            p.h = if exists { piece.height(&at).max(0.0) } else { f64::INFINITY };
+            let terms = self.center.r.norm() + p.b.abs() + p.c.abs() + posture.size();
+            p.rounding = Rounding { gap: f64::EPSILON * terms, ..old.rounding };
+            self.points[i] = p;
+        }
     }
 
     pub(crate) fn arc(&self, i: usize) -> GapArc {
