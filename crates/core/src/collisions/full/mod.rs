@@ -378,7 +378,9 @@ pub(crate) struct FullCollisions {
     /// The contact hit last, if it is in the air.
     active: Option<usize>,
     left: UntilCheck,
-    /// Number of collisions when the loop began, and of its collisions after which a sum of a regular motion is tried.
+    /// Number of collisions after those of `left` until the limits are checked.
+    chunk: usize,
+    /// Number of collisions when the loop began, and number at which a sum of a regular motion is tried.
     first: usize,
     regular: usize,
 }
@@ -398,14 +400,20 @@ impl FullCollisions {
     }
 
     pub(crate) fn begin(body: &PairBody, log: &mut Log) -> Self {
-        let left = UntilCheck { granted: log.chunk(), fresh: REFRESH };
-        Self {
-            constants: FullConstants::new(body, log.end),
-            active: None,
-            left,
-            first: log.hits,
-            regular: REGULAR,
-        }
+        let left = UntilCheck { granted: 0, fresh: REFRESH };
+        let (chunk, first) = (log.chunk(), log.hits);
+        let constants = FullConstants::new(body, log.end);
+        let mut begun =
+            Self { constants, active: None, left, chunk, first, regular: first + REGULAR };
+        begun.grant(log.hits);
+        begun
+    }
+
+    /// Grants collisions of the chunk, up to the next trial of a sum.
+    fn grant(&mut self, hits: usize) {
+        let until = self.regular.checked_sub(hits).filter(|left| *left > 0);
+        self.left.granted = self.chunk.min(until.unwrap_or(usize::MAX));
+        self.chunk -= self.left.granted;
     }
 
     /// The contact that was hit last and has taken off.
@@ -431,7 +439,10 @@ impl FullCollisions {
 
     pub(crate) fn next(&mut self, state: &mut FullState, log: &mut Log) -> Option<LoopExit> {
         if self.left.granted == 0 {
-            self.left.granted = log.chunk();
+            if self.chunk == 0 {
+                self.chunk = log.chunk();
+            }
+            self.grant(log.hits);
             if self.left.granted == 0 {
                 return Some(LoopExit::EventLimit);
             }
@@ -474,7 +485,19 @@ impl FullCollisions {
     #[inline(always)] // into loops that do nothing else: their registers are free for the collisions
     pub(crate) fn alternate(&mut self, state: &mut FullState, log: &mut Log) -> Option<LoopExit> {
         let (first, hits) = (self.active?, log.hits);
-        let exit = self.in_turn(first, state, log);
+        let exit = loop {
+            let Some(a) = self.active else { break None };
+            if log.hits >= self.regular
+                && let Some(sum) = self.regular_sum(a, state, log)
+            {
+                break Some(LoopExit::Regular(sum));
+            }
+            let exit = self.in_turn(a, state, log);
+            if exit.is_some() || self.left.granted > 0 || self.chunk == 0 {
+                break exit;
+            }
+            self.grant(log.hits);
+        };
         // Later collisions are at this contact, or at `first`, which has been hit before.
         log.struck[1 - first] |= log.hits > hits;
         exit
@@ -502,7 +525,7 @@ impl FullCollisions {
     /// The sum of the rest of the motion after an impact at `a`, if it is regular.
     #[cold]
     fn regular_sum(&mut self, a: usize, state: &FullState, log: &Log) -> Option<RegularSum> {
-        self.regular = 2 * (log.hits - self.first);
+        self.regular = self.first + 2 * (log.hits - self.first);
         state.regular_sum(a, [log.clock.hi, log.left()])
     }
 
@@ -516,12 +539,6 @@ impl FullCollisions {
     ) -> Option<Option<LoopExit>> {
         if self.left.fresh == 0 && fast.refresh(&self.constants) {
             self.left.fresh = REFRESH;
-            if log.hits - self.first >= self.regular {
-                log.clock = fast.put(state);
-                if let Some(sum) = self.regular_sum(A, state, log) {
-                    return Some(Some(LoopExit::Regular(sum)));
-                }
-            }
         }
         let go_on = self.left.fresh > 0 && self.left.granted > 0;
         let next = if go_on { fast.plain_collision::<A>(&self.constants) } else { None };
