@@ -22,6 +22,7 @@ use crate::body::contact::{Contact, PerContact};
 use crate::body::contact_space::ContactSpace;
 use crate::body::fields::{GroundKind, PostureFields};
 use crate::body::geometry::{ContactGeometry, couplings};
+use crate::body::lines::{Feet, Line, lines_of, without_inner_feet};
 use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::outline::{self, Outline};
 use crate::body::own_ground::OwnGround;
@@ -72,7 +73,13 @@ struct Parts {
     /// See [`Posture::ground_corners`].
     corners: Arc<Corners>,
     /// See [`Posture::contact_space`].
-    space: Cached,
+    space: Cached<Arc<ContactSpace>>,
+    /// See [`Posture::lines`].
+    lines: Cached<Vec<Line>>,
+    /// See [`Posture::outer_feet`].
+    outer: Cached<Option<Posture>>,
+    /// See [`Posture::feet`].
+    feet: Feet,
 }
 
 /// Corners of the ground, world axes, in m.
@@ -109,10 +116,16 @@ impl Corners {
 }
 
 /// A quantity that follows from the others. It is computed when it is first asked for, and has no part in comparisons.
-#[derive(Debug, Clone, Default)]
-struct Cached(OnceLock<Arc<ContactSpace>>);
+#[derive(Debug, Clone)]
+struct Cached<T>(OnceLock<T>);
 
-impl PartialEq for Cached {
+impl<T> Default for Cached<T> {
+    fn default() -> Self {
+        Self(OnceLock::new())
+    }
+}
+
+impl<T> PartialEq for Cached<T> {
     fn eq(&self, _: &Self) -> bool {
         true
     }
@@ -301,6 +314,9 @@ impl Posture {
             outline,
             corners,
             space: Cached::default(),
+            lines: Cached::default(),
+            outer: Cached::default(),
+            feet: Feet::default(),
         };
         let mut posture = Self(Arc::new(parts));
         for i in 0..if on_polyline { count } else { 0 } {
@@ -346,6 +362,26 @@ impl Posture {
     pub(crate) fn distinct(&self) -> impl Iterator<Item = usize> + '_ {
         let points = &self.0.points;
         (0..points.len()).filter(|&i| !points[..i].contains(&points[i]))
+    }
+
+    /// The lines of the body with at least three contact points.
+    pub(crate) fn lines(&self) -> &[Line] {
+        self.0.lines.0.get_or_init(|| lines_of(self))
+    }
+
+    /// The same body without the inner feet of rows; `None` if there are none. See [`lines`](crate::body::lines).
+    pub(crate) fn outer_feet(&self) -> Option<&Self> {
+        let outer = || {
+            let (mut outer, feet) = without_inner_feet(self)?;
+            Arc::make_mut(&mut outer.0).feet = feet;
+            Some(outer)
+        };
+        self.0.outer.0.get_or_init(outer).as_ref()
+    }
+
+    /// The contacts of the body with all its feet.
+    pub(crate) fn feet(&self) -> &Feet {
+        &self.0.feet
     }
 
     /// Returns true if every contact is on a straight line without ends, whose surface does not move: in the local model its row is constant.
