@@ -91,8 +91,7 @@ impl Feet {
         of: &[T],
         separate: T,
     ) -> impl Iterator<Item = T> {
-        let between =
-            move |[one, other]: [T; 2], _| if other == separate { separate } else { one };
+        let between = move |[one, other]: [T; 2], _| if other == separate { separate } else { one };
         self.all(of.len(), |i| of[i], between)
     }
 
@@ -115,12 +114,11 @@ impl Feet {
     }
 }
 
-/// The posture without the inner feet of long rows on one straight line of ground without ends, and how all its contacts follow from those of
-/// it; `None`: it has no such rows.
+/// The posture without the inner feet of long rows, and how all its contacts follow from those of it; `None`: it has no such rows. Its contacts
+/// have one ground.
 pub(super) fn without_inner_feet(posture: &Posture) -> Option<(Posture, Feet)> {
     let (contacts, geometry) = (posture.contacts(), posture.geometry());
-    let is_on_lines = posture.has_constant_rows() && posture.own_ground().is_none();
-    if !is_on_lines || posture.distinct().count() < contacts.len() {
+    if posture.distinct().count() < contacts.len() {
         return None;
     }
     let alike = |i: usize, j: usize| {

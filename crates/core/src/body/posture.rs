@@ -370,11 +370,17 @@ impl Posture {
     }
 
     /// The same body without the inner feet of rows; `None` if there are none. See [`lines`](crate::body::lines).
+    ///
+    /// Over one piece of ground it moves as the whole body. Without walls a row is over one piece where its outer feet are.
     pub(crate) fn outer_feet(&self) -> Option<&Self> {
         let outer = || {
-            let (mut outer, feet) = without_inner_feet(self)?;
+            let is_one = self.0.grounds.len() <= 1
+                && self.own_ground().is_none()
+                && self.ground(0).is_none_or(|ground| !ground.has_walls)
+                && !self.has_belts();
+            let (mut outer, feet) = is_one.then(|| without_inner_feet(self)).flatten()?;
             Arc::make_mut(&mut outer.0).feet = feet;
-            Some(outer)
+            (outer.0.grounds == self.0.grounds).then_some(outer)
         };
         self.0.outer.0.get_or_init(outer).as_ref()
     }
@@ -528,7 +534,7 @@ impl Posture {
 
     /// A copy that shares no data with this posture.
     pub(crate) fn detached(&self) -> Self {
-        Self(Arc::new(Parts::clone(&self.0)))
+        Self(Arc::new(Parts { outer: Cached::default(), ..Parts::clone(&self.0) }))
     }
 
     /// The validated fields.

@@ -30,12 +30,12 @@ use crate::motion::record::{Moment, Motion, Record, Span, Tail};
 use crate::motion::series::{Bounces, InstantImpacts, SlowContacts, chatter_warning};
 use crate::motion::subject::Subject;
 use crate::options::{Edges, Options};
-use crate::outcome::{Cause, ContactNumber, ContactSet, End, FirstZeno, Outcome};
+use crate::outcome::{Cause, ContactNumber, End, FirstZeno, Outcome};
 use crate::sustained::edges::EdgeWatch;
 use crate::sustained::frozen::Frozen;
 use crate::sustained::phase::{ContactPhase, PhaseEnd};
 use crate::sustained::rows_phase::RowsPhase;
-use crate::sustained::{BodyState, still_speed};
+use crate::sustained::{BodyState, ContactState, still_speed};
 use crate::tolerance::{DEPARTED, DEPARTS_AFTER, SLOWEST_KNOWN, TOUCH};
 
 /// The warning of a run in which nothing is hit because the body falls off its ground.
@@ -344,10 +344,23 @@ impl<'a> Driver<'a> {
                 DriverStep::Flight => self.fly(),
                 DriverStep::End(outcome) => Some(outcome),
             };
+            if self.rows_part() {
+                return Outcome::EventLimit;
+            }
             if let Some(outcome) = end {
                 return outcome;
             }
         }
+    }
+
+    /// Whether this is a run of outer feet, and the ground under a row may be no single piece any more: the inner feet no longer follow.
+    fn rows_part(&self) -> bool {
+        let Record { subject, sides, .. } = &*self.record;
+        let Some(body) = self.state.turning().filter(|_| !subject.feet().is_empty()) else {
+            return false;
+        };
+        let parts = |pair: &[ContactState]| pair[0].place.piece != pair[1].place.piece;
+        !sides.is_empty() || body.points.windows(2).any(parts)
     }
 
     /// The next piece, up to the flight after it.

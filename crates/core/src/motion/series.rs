@@ -1,9 +1,7 @@
 //! Series of impacts: those of one instant, those of slow contacts, and the bounces of one contact.
 
-use std::collections::BTreeSet;
-
 use crate::body::contact::ContactValues;
-use crate::collisions::log::{in_words, names};
+use crate::collisions::log::in_words;
 use crate::math::clock::Clock;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::tolerance::{

@@ -222,7 +222,8 @@ impl<'a> Simulation<'a> {
     }
 }
 
-/// Whether a run with this outcome does not tell of single contacts what is known of the outer feet only.
+/// Whether a run of outer feet with this outcome is that of all feet. Without an end, or with an open one, it would tell of the outer feet alone;
+/// and it has no end where the ground parts the rows.
 fn is_told(outcome: Outcome) -> bool {
     !matches!(outcome, Outcome::EventLimit | Outcome::Inconsistent | Outcome::Ambiguous)
 }
