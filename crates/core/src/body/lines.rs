@@ -8,9 +8,8 @@
 
 use nalgebra::Vector2;
 
-use crate::body::fields::PostureFields;
+use crate::body::contact::Contact;
 use crate::body::geometry::ContactGeometry;
-use crate::body::posture::Posture;
 use crate::tolerance::ON_A_LINE;
 
 /// The longest row whose feet are all hit: each has its share of an impulse. Of longer ones the outer two are hit.
@@ -19,14 +18,8 @@ const LONGEST_HIT: usize = 8;
 /// The points on a straight line of the body, in order along it: at least three. Each with its place on the line, in m.
 pub(crate) type Line = Vec<(usize, f64)>;
 
-/// The lines of at least three contact points. Points of discs are on none.
-pub(super) fn lines_of(posture: &Posture) -> Vec<Line> {
-    let contacts = posture.contacts();
-    let points: Vec<(usize, Vector2<f64>)> = posture
-        .distinct()
-        .filter(|&k| !contacts[k].is_round())
-        .map(|k| (posture.point_of(k), Vector2::from(contacts[k].point)))
-        .collect();
+/// The lines of at least three of these points of a body of this `size`, in m.
+pub(super) fn lines_of(points: &[(usize, Vector2<f64>)], size: f64) -> Vec<Line> {
     let mut lines: Vec<Line> = Vec::new();
     for (n, (i, from)) in points.iter().enumerate() {
         for (j, to) in &points[n + 1..] {
@@ -35,9 +28,8 @@ pub(super) fn lines_of(posture: &Posture) -> Vec<Line> {
                 continue;
             }
             let way = (to - from).normalize();
-            let is_on = |(_, p): &&(usize, Vector2<f64>)| {
-                way.perp(&(p - from)).abs() <= ON_A_LINE * posture.size()
-            };
+            let is_on =
+                |(_, p): &&(usize, Vector2<f64>)| way.perp(&(p - from)).abs() <= ON_A_LINE * size;
             let place = |(k, p): &(usize, Vector2<f64>)| (*k, way.dot(&(p - from)));
             let mut line: Line = points.iter().filter(is_on).map(place).collect();
             if line.len() > 2 {
@@ -114,20 +106,20 @@ impl Feet {
     }
 }
 
-/// The posture without the inner feet of long rows, and how all its contacts follow from those of it; `None`: it has no such rows. Its contacts
-/// have one ground.
-pub(super) fn without_inner_feet(posture: &Posture) -> Option<(Posture, Feet)> {
-    let (contacts, geometry) = (posture.contacts(), posture.geometry());
-    if posture.distinct().count() < contacts.len() {
-        return None;
-    }
+/// The contacts without the inner feet of long rows on these lines of the body, and how all follow from them; `None`: there are no such rows.
+/// The contacts are at different points and have one ground.
+pub(super) fn without_inner_feet(
+    lines: &[Line],
+    contacts: &[Contact],
+    geometry: &[ContactGeometry],
+) -> Option<(Vec<usize>, Feet)> {
     let alike = |i: usize, j: usize| {
         let ground = |k: usize| ContactGeometry { b: 0.0, c: 0.0, ..geometry[k] };
         let returned = |k: usize| contacts[k].tangential_restitution;
         ground(i) == ground(j) && returned(i) == returned(j)
     };
     let mut inner: Vec<Option<Foot>> = vec![None; contacts.len()];
-    for line in posture.lines() {
+    for line in lines {
         for &(j, place) in line {
             let row = || line.iter().filter(|(k, _)| alike(*k, j));
             let [Some(&(i, from)), Some(&(k, to))] = [row().next(), row().next_back()] else {
@@ -150,11 +142,5 @@ pub(super) fn without_inner_feet(posture: &Posture) -> Option<(Posture, Feet)> {
         None => Foot { outer: [place(k); 2], weight: 1.0 },
     };
     let feet = Feet(inner.iter().enumerate().map(foot).collect());
-    let fields = PostureFields {
-        contacts: kept.iter().map(|&k| contacts[k]).collect(),
-        ..posture.fields().clone()
-    };
-    let outer = Posture::new(fields).ok()?;
-    let same = kept.iter().zip(outer.geometry()).all(|(&k, own)| geometry[k] == *own);
-    same.then_some((outer, feet))
+    Some((kept, feet))
 }

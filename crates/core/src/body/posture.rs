@@ -364,25 +364,36 @@ impl Posture {
         (0..points.len()).filter(|&i| !points[..i].contains(&points[i]))
     }
 
-    /// The lines of the body with at least three contact points.
+    /// The lines of the body with at least three contact points. Points of discs are on none.
     pub(crate) fn lines(&self) -> &[Line] {
-        self.0.lines.0.get_or_init(|| lines_of(self))
+        let contacts = self.contacts();
+        let place = |k: usize| (self.point_of(k), Vector2::from(contacts[k].point));
+        let points = || self.distinct().filter(|&k| !contacts[k].is_round()).map(place);
+        self.0.lines.0.get_or_init(|| lines_of(&points().collect::<Vec<_>>(), self.size()))
     }
 
-    /// The same body without the inner feet of rows; `None` if there are none. See [`lines`](crate::body::lines).
-    ///
-    /// Over one piece of ground it moves as the whole body. Without walls a row is over one piece where its outer feet are.
+    /// The same body without the inner feet of long rows; `None` if there are none. Over one piece of ground it moves as the whole body.
     pub(crate) fn outer_feet(&self) -> Option<&Self> {
-        let outer = || {
-            let is_one = self.0.grounds.len() <= 1
-                && self.own_ground().is_none()
-                && self.ground(0).is_none_or(|ground| !ground.has_walls)
-                && !self.has_belts();
-            let (mut outer, feet) = is_one.then(|| without_inner_feet(self)).flatten()?;
-            Arc::make_mut(&mut outer.0).feet = feet;
-            (outer.0.grounds == self.0.grounds).then_some(outer)
-        };
-        self.0.outer.0.get_or_init(outer).as_ref()
+        self.0.outer.0.get_or_init(|| self.without_inner_feet()).as_ref()
+    }
+
+    fn without_inner_feet(&self) -> Option<Self> {
+        let (all, fields) = (self.contacts(), self.fields());
+        // Without walls a row is over one piece of ground where its outer feet are.
+        let is_one = self.0.grounds.len() <= 1
+            && self.own_ground().is_none()
+            && self.ground(0).is_none_or(|ground| !ground.has_walls)
+            && !self.has_belts();
+        if !is_one || self.distinct().count() < all.len() {
+            return None;
+        }
+        let (kept, feet) = without_inner_feet(self.lines(), all, self.geometry())?;
+        let contacts = kept.iter().map(|&k| all[k]).collect();
+        let mut outer = Self::new(PostureFields { contacts, ..fields.clone() }).ok()?;
+        let same = kept.iter().zip(outer.geometry()).all(|(&k, own)| self.geometry()[k] == *own)
+            && outer.0.grounds == self.0.grounds;
+        Arc::make_mut(&mut outer.0).feet = feet;
+        same.then_some(outer)
     }
 
     /// The contacts of the body with all its feet.
