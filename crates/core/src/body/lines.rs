@@ -13,7 +13,7 @@ use crate::body::geometry::ContactGeometry;
 use crate::tolerance::ON_A_LINE;
 
 /// The longest row whose feet are all hit: each has its share of an impulse. Of longer ones the outer two are hit.
-const LONGEST_HIT: usize = 8;
+pub(super) const LONGEST_HIT: usize = 8;
 
 /// The points on a straight line of the body, in order along it: at least three. Each with its place on the line, in m.
 pub(crate) type Line = Vec<(usize, f64)>;

@@ -22,7 +22,7 @@ use crate::body::contact::{Contact, PerContact};
 use crate::body::contact_space::ContactSpace;
 use crate::body::fields::{GroundKind, PostureFields};
 use crate::body::geometry::{ContactGeometry, couplings};
-use crate::body::lines::{Feet, Line, lines_of, without_inner_feet};
+use crate::body::lines::{Feet, LONGEST_HIT, Line, lines_of, without_inner_feet};
 use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::outline::{self, Outline};
 use crate::body::own_ground::OwnGround;
@@ -384,7 +384,7 @@ impl Posture {
             && self.own_ground().is_none()
             && self.ground(0).is_none_or(|ground| !ground.has_walls)
             && !self.has_belts();
-        if !is_one || self.distinct().count() < all.len() {
+        if all.len() <= LONGEST_HIT || !is_one || self.distinct().count() < all.len() {
             return None;
         }
         let (kept, feet) = without_inner_feet(self.lines(), all, self.geometry())?;
