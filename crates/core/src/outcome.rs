@@ -505,6 +505,19 @@ impl Cause {
         }
     }
 
+    /// The same with the numbers, from 0, that `of` gives contacts.
+    pub(crate) fn renumbered(self, of: impl Fn(usize) -> usize) -> Self {
+        let of = |contact: ContactNumber| ContactNumber(of(contact.0));
+        match self {
+            Self::Start | Self::Zeno | Self::Kick | Self::GroundMotion => self,
+            Self::Impact(contact) => Self::Impact(of(contact)),
+            Self::LiftOff(contact) => Self::LiftOff(of(contact)),
+            Self::Stop(contact) => Self::Stop(of(contact)),
+            Self::Slip(contact) => Self::Slip(of(contact)),
+            Self::LeftSegment(contact) => Self::LeftSegment(of(contact)),
+        }
+    }
+
     /// The contact of the event, if there is exactly one.
     #[must_use]
     pub fn contact(self) -> Option<ContactNumber> {

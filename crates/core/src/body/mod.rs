@@ -9,6 +9,7 @@ pub(crate) mod fields;
 pub(crate) mod geometry;
 pub(crate) mod ground;
 mod holding;
+pub(crate) mod lines;
 pub(crate) mod local_model;
 pub(crate) mod mechanism;
 pub(crate) mod outline;

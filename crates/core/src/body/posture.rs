@@ -22,6 +22,7 @@ use crate::body::contact::{Contact, PerContact};
 use crate::body::contact_space::ContactSpace;
 use crate::body::fields::{GroundKind, PostureFields};
 use crate::body::geometry::{ContactGeometry, couplings};
+use crate::body::lines::{Feet, LONGEST_HIT, Line, lines_of, without_inner_feet};
 use crate::body::local_model::{LocalModel, LocalModelFields};
 use crate::body::outline::{self, Outline};
 use crate::body::own_ground::OwnGround;
@@ -72,7 +73,13 @@ struct Parts {
     /// See [`Posture::ground_corners`].
     corners: Arc<Corners>,
     /// See [`Posture::contact_space`].
-    space: Cached,
+    space: Cached<Arc<ContactSpace>>,
+    /// See [`Posture::lines`].
+    lines: Cached<Vec<Line>>,
+    /// See [`Posture::outer_feet`].
+    outer: Cached<Option<Posture>>,
+    /// See [`Posture::feet`].
+    feet: Feet,
 }
 
 /// Corners of the ground, world axes, in m.
@@ -109,10 +116,16 @@ impl Corners {
 }
 
 /// A quantity that follows from the others. It is computed when it is first asked for, and has no part in comparisons.
-#[derive(Debug, Clone, Default)]
-struct Cached(OnceLock<Arc<ContactSpace>>);
+#[derive(Debug, Clone)]
+struct Cached<T>(OnceLock<T>);
 
-impl PartialEq for Cached {
+impl<T> Default for Cached<T> {
+    fn default() -> Self {
+        Self(OnceLock::new())
+    }
+}
+
+impl<T> PartialEq for Cached<T> {
     fn eq(&self, _: &Self) -> bool {
         true
     }
@@ -301,6 +314,9 @@ impl Posture {
             outline,
             corners,
             space: Cached::default(),
+            lines: Cached::default(),
+            outer: Cached::default(),
+            feet: Feet::default(),
         };
         let mut posture = Self(Arc::new(parts));
         for i in 0..if on_polyline { count } else { 0 } {
@@ -346,6 +362,43 @@ impl Posture {
     pub(crate) fn distinct(&self) -> impl Iterator<Item = usize> + '_ {
         let points = &self.0.points;
         (0..points.len()).filter(|&i| !points[..i].contains(&points[i]))
+    }
+
+    /// The lines of the body with at least three contact points. Points of discs are on none.
+    pub(crate) fn lines(&self) -> &[Line] {
+        let contacts = self.contacts();
+        let place = |k: usize| (self.point_of(k), Vector2::from(contacts[k].point));
+        let points = || self.distinct().filter(|&k| !contacts[k].is_round()).map(place);
+        self.0.lines.0.get_or_init(|| lines_of(&points().collect::<Vec<_>>(), self.size()))
+    }
+
+    /// The same body without the inner feet of long rows; `None` if there are none. Over one piece of ground it moves as the whole body.
+    pub(crate) fn outer_feet(&self) -> Option<&Self> {
+        self.0.outer.0.get_or_init(|| self.without_inner_feet()).as_ref()
+    }
+
+    fn without_inner_feet(&self) -> Option<Self> {
+        let (all, fields) = (self.contacts(), self.fields());
+        // Without walls a row is over one piece of ground where its outer feet are.
+        let is_one = self.0.grounds.len() <= 1
+            && self.own_ground().is_none()
+            && self.ground(0).is_none_or(|ground| !ground.has_walls)
+            && !self.has_belts();
+        if all.len() <= LONGEST_HIT || !is_one || self.distinct().count() < all.len() {
+            return None;
+        }
+        let (kept, feet) = without_inner_feet(self.lines(), all, self.geometry())?;
+        let contacts = kept.iter().map(|&k| all[k]).collect();
+        let mut outer = Self::new(PostureFields { contacts, ..fields.clone() }).ok()?;
+        let same = kept.iter().zip(outer.geometry()).all(|(&k, own)| self.geometry()[k] == *own)
+            && outer.0.grounds == self.0.grounds;
+        Arc::make_mut(&mut outer.0).feet = feet;
+        same.then_some(outer)
+    }
+
+    /// The contacts of the body with all its feet.
+    pub(crate) fn feet(&self) -> &Feet {
+        &self.0.feet
     }
 
     /// Returns true if every contact is on a straight line without ends, whose surface does not move: in the local model its row is constant.
@@ -492,7 +545,7 @@ impl Posture {
 
     /// A copy that shares no data with this posture.
     pub(crate) fn detached(&self) -> Self {
-        Self(Arc::new(Parts::clone(&self.0)))
+        Self(Arc::new(Parts { outer: Cached::default(), ..Parts::clone(&self.0) }))
     }
 
     /// The validated fields.

@@ -117,7 +117,7 @@ impl OnGround<'_, '_> {
                 && is_over(one)
                 && is_over(other)
         };
-        self.ground.lines.iter().find_map(|line| {
+        self.ground.posture.lines().iter().find_map(|line| {
             let at = line.iter().position(|(k, _)| *k == j)?;
             let (i, from) = *line[..at].iter().find(|(k, _)| alike(*k))?;
             let (k, to) = *line[at + 1..].iter().rfind(|(k, _)| alike(*k))?;
@@ -132,13 +132,13 @@ impl OnGround<'_, '_> {
 
     /// Which points are between two others. Empty: none.
     pub(super) fn followers(&self) -> ContactValues<bool> {
-        let count = if self.ground.lines.is_empty() { 0 } else { self.ground.contacts };
+        let count = if self.ground.posture.lines().is_empty() { 0 } else { self.ground.contacts };
         (0..count).map(|j| self.is_between(j)).collect()
     }
 
     /// Closes the contacts between two others that are closed.
     pub(super) fn land_between(&mut self) {
-        if self.ground.lines.is_empty() {
+        if self.ground.posture.lines().is_empty() {
             return;
         }
         for j in 0..self.ground.contacts {
@@ -152,7 +152,7 @@ impl OnGround<'_, '_> {
 
     /// Sets the gaps and rates of contacts between others to the weighted means.
     pub(super) fn follow_outer(&mut self) {
-        if self.ground.lines.is_empty() {
+        if self.ground.posture.lines().is_empty() {
             return;
         }
         for j in 0..self.ground.contacts {

@@ -30,12 +30,12 @@ use crate::motion::record::{Moment, Motion, Record, Span, Tail};
 use crate::motion::series::{Bounces, InstantImpacts, SlowContacts, chatter_warning};
 use crate::motion::subject::Subject;
 use crate::options::{Edges, Options};
-use crate::outcome::{Cause, ContactNumber, ContactSet, End, FirstZeno, Outcome};
+use crate::outcome::{Cause, ContactNumber, End, FirstZeno, Outcome};
 use crate::sustained::edges::EdgeWatch;
 use crate::sustained::frozen::Frozen;
 use crate::sustained::phase::{ContactPhase, PhaseEnd};
 use crate::sustained::rows_phase::RowsPhase;
-use crate::sustained::{BodyState, still_speed};
+use crate::sustained::{BodyState, ContactState, still_speed};
 use crate::tolerance::{DEPARTED, DEPARTS_AFTER, SLOWEST_KNOWN, TOUCH};
 
 /// The warning of a run in which nothing is hit because the body falls off its ground.
@@ -74,6 +74,8 @@ pub(crate) struct Driver<'a> {
     pub(super) slow: SlowContacts,
     /// Contacts that were set to rest because they chattered, and the speed below which they did, in m/s.
     pub(super) stopped_chatter: (BTreeSet<usize>, f64),
+    /// The contacts of the last warning of a tie.
+    tied: ContactValues<usize>,
     /// Whether the warning that friction does not act in impacts has been given.
     pub(super) friction_warned: bool,
     pub(super) last: LastImpacts,
@@ -112,7 +114,7 @@ impl<'a> Driver<'a> {
         cancel: &'a dyn Fn() -> bool,
     ) -> Self {
         let plain = options.is_plain(posture);
-        let ground = Ground::new(posture, &state, plain);
+        let ground = Ground::new(posture, &state);
         let mut run =
             Self::new(Moving::Turning(Box::new(state)), subject, options, warnings, cancel);
         (run.ground, run.plain, run.place) = (Some(ground), plain, posture.size());
@@ -155,6 +157,7 @@ impl<'a> Driver<'a> {
             rocking: Rocking::default(),
             slow: SlowContacts::default(),
             stopped_chatter: (BTreeSet::new(), 0.0),
+            tied: ContactValues::new(),
             friction_warned: false,
             last: LastImpacts::default(),
             watch: GroundWatch::new(subject.posture(), options.edges == Edges::Contact && !local),
@@ -237,9 +240,10 @@ impl<'a> Driver<'a> {
     pub(super) fn finish(&mut self, outcome: Outcome) -> Result<End, Error> {
         let end = self.arrive(outcome)?;
         let time = |clock: Clock| self.options.clock(clock);
+        let feet = self.record.subject.feet();
         let zeno = self.record.zeno.first().map(|zeno| {
-            let mut closed = (0..zeno.closed.len()).filter(|&i| zeno.closed[i]);
-            let count = closed.clone().count();
+            let mut closed = zeno.contacts(feet);
+            let count = zeno.contacts(feet).count();
             FirstZeno {
                 count,
                 contact: closed.next().filter(|_| count == 1).map(ContactNumber::of),
@@ -252,7 +256,7 @@ impl<'a> Driver<'a> {
             time: time(end.clock),
             elapsed: end.clock.hi,
             state: end.state,
-            touching: ContactSet::of_gaps(&end.gaps).with(end.sides.iter().copied()),
+            touching: end.touching(feet),
             zeno,
             collisions: self.log.hits,
             warned: !self.record.warnings.is_empty(),
@@ -340,10 +344,23 @@ impl<'a> Driver<'a> {
                 DriverStep::Flight => self.fly(),
                 DriverStep::End(outcome) => Some(outcome),
             };
+            if self.rows_part() {
+                return Outcome::EventLimit;
+            }
             if let Some(outcome) = end {
                 return outcome;
             }
         }
+    }
+
+    /// Whether this is a run of outer feet, and the ground under a row may be no single piece any more: the inner feet no longer follow.
+    fn rows_part(&self) -> bool {
+        let Record { subject, sides, .. } = &*self.record;
+        let Some(body) = self.state.turning().filter(|_| !subject.feet().is_empty()) else {
+            return false;
+        };
+        let parts = |pair: &[ContactState]| pair[0].place.piece != pair[1].place.piece;
+        !sides.is_empty() || body.points.windows(2).any(parts)
     }
 
     /// The next piece, up to the flight after it.
@@ -542,8 +559,12 @@ impl<'a> Driver<'a> {
         if self.log.struck.into_iter().take(self.state.count()).enumerate().any(rubs) {
             self.record.warnings.push(NO_FRICTION.into());
         }
-        let chatter = chatter_warning(&self.stopped_chatter, self.fastest);
-        self.record.warnings.extend(chatter);
+        let (contacts, limit) = &self.stopped_chatter;
+        if !contacts.is_empty() {
+            let contacts: ContactValues<usize> = contacts.iter().copied().collect();
+            let who = self.record.subject.names(&contacts);
+            self.record.warnings.push(chatter_warning(&who, *limit, self.fastest));
+        }
     }
 
     pub(super) fn note_flight(&mut self) {
@@ -641,9 +662,13 @@ impl<'a> Driver<'a> {
 
     /// Warns of contacts, counted from 0, that collide at one instant.
     pub(super) fn warn_of_tie(&mut self, contacts: &[usize]) {
+        if *self.tied == *contacts {
+            return;
+        }
+        self.tied = contacts.into();
         self.warn_once(format!(
             "{} collided at the same instant; the outcome depends on the policy `simultaneous`",
-            names(contacts.iter().copied())
+            self.record.subject.names(contacts)
         ));
     }
 

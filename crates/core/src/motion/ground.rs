@@ -6,7 +6,6 @@ use crate::collisions::log::Log;
 use crate::flight::is_lost;
 use crate::math::mass_vector::Coordinates;
 use crate::modes::Mode;
-use crate::motion::lines::{Line, lines_of};
 use crate::motion::moving::{Moving, REFRESH};
 use crate::motion::record::{Motion, Record};
 use crate::motion::series::InstantImpacts;
@@ -22,17 +21,13 @@ pub(crate) struct Ground {
     /// Number of contacts, of the body and of corners of the ground on sides. Each contact has one point, and a second point while it is in a
     /// vertex. The second points come after all first points.
     pub(super) contacts: usize,
-    /// Contacts on one straight line of the body.
-    pub(super) lines: Vec<Line>,
 }
 
 impl Ground {
-    /// `plain`: at most two contacts.
-    pub(super) fn new(posture: &Posture, state: &BodyState, plain: bool) -> Self {
+    pub(super) fn new(posture: &Posture, state: &BodyState) -> Self {
         Self {
             posture: posture.clone(), // it shares its data
             contacts: posture.distinct().count() + state.sides.len(),
-            lines: if plain { Vec::new() } else { lines_of(posture) },
         }
     }
 }

@@ -165,7 +165,7 @@ impl GroundWatch {
             warnings.push(format!(
                 "body-in-ground: at t = {:?} s or before, {what} has come below the ground of contact {}; only contacts meet the ground: put contacts on all parts of the body that can fall on it",
                 time(),
-                touched[0] + 1,
+                posture.feet().number(touched[0]) + 1,
             ));
             self.points.clear();
         }

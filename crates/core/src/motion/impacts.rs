@@ -1,7 +1,6 @@
 //! Impacts: one at a time by the impact law of the options, several at once, or at a contact that jams.
 
 use crate::body::contact::ContactValues;
-use crate::collisions::log::names;
 use crate::impact::friction::{
     self, Material, NO_FRICTION, Party, plastic_jam, slides_in_impact, watch_energy,
 };
@@ -264,7 +263,9 @@ impl Driver<'_> {
             None => None,
         };
         let Some((impulses, stands)) = found else { return false };
-        let who = names(impulses.iter().map(|(i, _)| self.state.contact(*i)));
+        let contacts: ContactValues<usize> =
+            impulses.iter().map(|(i, _)| self.state.contact(*i)).collect();
+        let who = self.record.subject.names(&contacts);
         self.warn_once(match single {
             Some(_) => format!(
                 "{who} jammed while it slid: no contact mode was consistent, and an impact without collision followed"

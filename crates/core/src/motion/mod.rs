@@ -8,7 +8,6 @@ pub(crate) mod drops;
 mod ground;
 mod ground_watch;
 mod impacts;
-mod lines;
 pub(crate) mod moving;
 mod nested;
 mod plain;

@@ -3,6 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::body::contact::{ContactLetters, PerContact};
+use crate::body::lines::Feet;
 use crate::body::state::State;
 use crate::collisions::log::{Center, Collision, Log, Spin};
 use crate::math::clock::Clock;
@@ -10,7 +11,7 @@ use crate::math::mass_vector::Coordinates;
 use crate::modes::{ContactProblem, MechanismProblem, Mode};
 use crate::motion::moving::Moving;
 use crate::motion::subject::Subject;
-use crate::outcome::{Cause, Instant, Outcome, ZenoMethod};
+use crate::outcome::{Cause, ContactSet, Instant, Outcome, ZenoMethod};
 use crate::sustained::frozen::Frozen;
 
 /// How the body moves during a span.
@@ -95,8 +96,16 @@ impl Moment {
         Self { clock, state, gaps, rates, sides, mechanism }
     }
 
-    pub(crate) fn instant(&self) -> Instant {
-        Instant { state: self.state, gaps: self.gaps.to_vec(), rates: self.rates.to_vec() }
+    /// `feet`: all contacts of the body.
+    pub(crate) fn instant(&self, feet: &Feet) -> Instant {
+        let [gaps, rates] = [&self.gaps, &self.rates].map(|values| feet.means(values));
+        Instant { state: self.state, gaps, rates }
+    }
+
+    /// The contacts that touch. `feet`: all contacts of the body.
+    pub(crate) fn touching(&self, feet: &Feet) -> ContactSet {
+        let gaps: PerContact<f64> = feet.means(&self.gaps);
+        ContactSet::of_gaps(&gaps).with(self.sides.iter().copied())
     }
 }
 
@@ -113,6 +122,20 @@ pub(crate) struct ZenoRecord {
     /// Number of collisions before it.
     pub(crate) first_summed: usize,
     pub(crate) at: Moment,
+}
+
+impl ZenoRecord {
+    /// The contacts that come to rest, from 0. `feet`: all contacts of the body. Of the feet of a row the inner ones rest with the second of the
+    /// outer ones.
+    pub(crate) fn contacts(&self, feet: &Feet) -> impl Iterator<Item = usize> {
+        let own = |i: usize| (self.closed[i], self.at.gaps.get(i).is_some_and(|gap| *gap == 0.0));
+        let between = |[one, other]: [(bool, bool); 2], _| {
+            let rest = one.1 && other.1;
+            ((one.0 || other.0) && rest, rest)
+        };
+        let all = feet.all(self.closed.len(), own, between).enumerate();
+        all.filter(|(_, (closed, _))| *closed).map(|(i, _)| i)
+    }
 }
 
 /// A collision that was simulated outside the loops over plain collisions.

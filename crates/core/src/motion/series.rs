@@ -1,9 +1,7 @@
 //! Series of impacts: those of one instant, those of slow contacts, and the bounces of one contact.
 
-use std::collections::BTreeSet;
-
 use crate::body::contact::ContactValues;
-use crate::collisions::log::{in_words, names};
+use crate::collisions::log::in_words;
 use crate::math::clock::Clock;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::tolerance::{
@@ -175,17 +173,11 @@ struct SinceLastHit {
 
 /// Warning about contacts that were set to rest although they did not become slower; with the speed (m/s) below which they bounced, and the
 /// largest speed of the run.
-pub(super) fn chatter_warning(
-    (contacts, limit): &(BTreeSet<usize>, f64),
-    fastest: f64,
-) -> Option<String> {
-    (!contacts.is_empty()).then(|| {
-        let who = names(contacts.iter().copied());
-        let [slow, fast] = [*limit, fastest].map(in_words);
-        format!(
-            "{who} bounced below {slow} without becoming slower; beside speeds of up to {fast} these are rounding errors: set to rest"
-        )
-    })
+pub(super) fn chatter_warning(who: &str, limit: f64, fastest: f64) -> String {
+    let [slow, fast] = [limit, fastest].map(in_words);
+    format!(
+        "{who} bounced below {slow} without becoming slower; beside speeds of up to {fast} these are rounding errors: set to rest"
+    )
 }
 
 /// Monitor of impacts that are all nearly slow enough to stop.

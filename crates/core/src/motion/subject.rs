@@ -4,11 +4,12 @@ use nalgebra::{DVector, Vector3};
 
 use crate::body::Mechanism;
 use crate::body::geometry::ContactGeometry;
+use crate::body::lines::Feet;
 use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::collisions::full::PairBody;
-use crate::collisions::log::Spin;
+use crate::collisions::log::{Spin, names};
 use crate::error::Error;
 use crate::math::mass_vector::Coordinates;
 use crate::math::turn::Turn;
@@ -104,6 +105,16 @@ impl Subject {
             Self::Body(body) => Some(&body.posture),
             _ => None,
         }
+    }
+
+    /// The contacts of the body with all its feet.
+    pub(crate) fn feet(&self) -> &Feet {
+        self.posture().map_or(Feet::ALL, Posture::feet)
+    }
+
+    /// "contact 1", "contacts 1 and 2", of contacts counted from 0, with the feet between them.
+    pub(crate) fn names(&self, contacts: &[usize]) -> String {
+        names(self.feet().numbers(contacts).into_iter())
     }
 
     pub(crate) fn pair(&self) -> Option<&PairBody> {

@@ -163,7 +163,7 @@ mod tests {
     use crate::body::Lamina;
     use crate::body::contact::Contact;
     use crate::body::fields::PostureFields;
-    use crate::options::MOST_RECORDED;
+    use crate::options::{MOST_RECORDED, Stop};
     use crate::outcome::Outcome;
     use crate::simulate::start::never_turns;
 
@@ -232,6 +232,83 @@ mod tests {
         assert!(!never_turns(&ball(0.5), &thrown)); // friction turns the ball
         assert!(never_turns(&on_one_foot(0.0, 0.5, 0.0), &thrown)); // a point mass
         assert!(!never_turns(&on_one_foot(0.3, 0.5, 0.2), &dropped)); // the arm is not along the normal
+    }
+
+    /// A body on this many feet in a row, on the level floor of this kind.
+    fn on_feet(count: usize, ground: GroundKind, terrain: Vec<[f64; 2]>) -> Posture {
+        let place = |k: usize| -0.5 + k as f64 / (count - 1) as f64;
+        let foot = |k: usize| Contact { friction: 0.3, ..Contact::at(place(k), 0.0) };
+        Posture::new(PostureFields {
+            mass: 1.0,
+            gyration_radius: 0.3,
+            center_of_mass: [0.1, 0.4],
+            contacts: (0..count).map(foot).collect(),
+            restitution: 0.5,
+            gravity: 9.81,
+            ground,
+            terrain,
+            ..PostureFields::default()
+        })
+        .unwrap()
+    }
+
+    /// Runs from a fall to rest: the numbers that a long row has are those of its outer feet, to the last bit, and each inner foot follows.
+    #[test]
+    fn a_row_of_feet_moves_as_its_outer_feet() {
+        let start = State::new([0.0, 0.5, 0.2], [0.3, 0.0, 0.5]);
+        let floor = vec![[-9.0, 0.0], [9.0, 0.0]];
+        let grounds =
+            [(GroundKind::Own, vec![]), (GroundKind::Shared, vec![]), (GroundKind::Own, floor)];
+        for (ground, terrain) in grounds {
+            let [two, all] = [2, 64].map(|n| on_feet(n, ground, terrain.clone()));
+            for stop in [Stop::Rest, Stop::Zeno] {
+                let options = Options { stop, ..Options::default() };
+                let [two, run] = [&two, &all].map(|p| simulate(p, &start, &options).unwrap());
+                let end = |run: &Trajectory| (run.outcome(), run.time(), *run.state());
+                assert_eq!((end(&run), run.collisions()), (end(&two), two.collisions()));
+                assert_eq!(run.posture(), Some(&all));
+                let [mode, of_two] =
+                    [&run, &two].map(|run| run.phases().last().unwrap().mode.clone());
+                let letters: Vec<char> = of_two.chars().collect();
+                let inner = if letters.contains(&'S') { 'S' } else { letters[0] };
+                let inner: String = std::iter::repeat_n(inner, 62).collect();
+                assert_eq!(mode, format!("{}{inner}{}", letters[0], letters[1]));
+                let t = 0.5 * run.time();
+                let [gaps, of_two] = [&run, &two].map(|run| run.at(t).unwrap().gaps);
+                let height = |k: usize| of_two[0] + (of_two[1] - of_two[0]) * k as f64 / 63.0;
+                assert!((0..64).all(|k| (gaps[k] - height(k)).abs() < 1e-15));
+                let [hit, of_two] = [&run, &two].map(|run| run.impacts().last().unwrap().contact);
+                assert_eq!(hit.number(), if of_two.number() == 1 { 1 } else { 64 });
+                let unrecorded =
+                    simulate(&all, &start, &Options { record: false, ..options }).unwrap();
+                assert_eq!(end(&unrecorded), end(&run));
+                assert_eq!(unrecorded.touching(), run.touching());
+                assert_eq!(run.touching().len(), if stop == Stop::Rest { 64 } else { 1 });
+                if stop == Stop::Rest {
+                    let forces = run.forces(run.time()).unwrap();
+                    let weight: f64 = forces.iter().map(|force| force[1]).sum();
+                    assert!((weight - 9.81).abs() < 1e-12 && forces.iter().all(|f| f[1] > 0.0));
+                    let zeno = run.zeno_points().last().unwrap();
+                    assert!(zeno.contacts.len() >= 63, "{:?}", zeno.contacts);
+                }
+            }
+        }
+    }
+
+    /// Feet that come to an edge of the floor one after the other, and a foot with a friction of its own.
+    #[test]
+    fn inner_feet_that_differ_are_followed() {
+        let start = State::new([0.0; 3], [3.0, 0.0, 0.0]);
+        let edge = on_feet(16, GroundKind::Own, vec![[-9.0, 0.0], [0.8, 0.0], [9.0, -4.0]]);
+        assert!(edge.outer_feet().is_some());
+        let run = simulate(&edge, &start, &Options { time_limit: Some(2.0), ..Options::default() });
+        let left = |mode: &str| mode.contains('S') && !mode.starts_with('S');
+        assert!(run.unwrap().phases().iter().any(|phase| left(&phase.mode)));
+
+        let mut fields = on_feet(16, GroundKind::Own, vec![]).fields().clone();
+        fields.contacts[7].friction = 0.2;
+        let mixed = Posture::new(fields).unwrap();
+        assert_eq!(mixed.outer_feet().unwrap().contacts().len(), 3);
     }
 
     fn fall(model: Model, record: bool) -> Driver<'static> {

@@ -99,18 +99,18 @@ impl<'a> Reader<'a> {
     /// [`Error::Unusable`] if nothing was recorded, if `t` lies outside the run, or if `t` lies so close to the end of a sum of
     /// impacts that more than 100 000 events of the sum (20 million of two contacts in the local model) come before it.
     pub fn at(&mut self, t: f64) -> Result<Instant, Error> {
-        let Some((state, _)) = self.now(t)? else { return Ok(self.run.record.end.instant()) };
-        Ok(match (&state, self.run.posture()) {
-            (Moving::Turning(body), Some(posture)) => body.instant(posture),
-            _ => {
-                let subject = &self.run.record.subject;
-                let (gaps, rates) = subject
-                    .per_contact(|i| state.point(i))
-                    .map(|(h, u)| (h.unsigned_zero(), u.unsigned_zero()))
-                    .unzip();
-                Instant { state: subject.state_of(&state), gaps, rates }
-            }
-        })
+        let (now, Record { subject, end, .. }) = (self.now(t)?, &*self.run.record);
+        let feet = subject.feet();
+        let Some((state, _)) = now else { return Ok(end.instant(feet)) };
+        let (gaps, rates): (Vec<f64>, Vec<f64>) = match (&state, subject.posture()) {
+            (Moving::Turning(body), Some(posture)) => body.gaps_and_rates(posture),
+            _ => subject
+                .per_contact(|i| state.point(i))
+                .map(|(h, u)| (h.unsigned_zero(), u.unsigned_zero()))
+                .unzip(),
+        };
+        let [gaps, rates] = [gaps, rates].map(|values| feet.means(&values));
+        Ok(Instant { state: subject.state_of(&state), gaps, rates })
     }
 
     /// q and q̇ at time `t`; without a body only θ and ω are defined. As [`at`](Self::at), without the gaps.
@@ -327,15 +327,15 @@ impl<'a> Reader<'a> {
             let Some((_, modes)) = self.moving(k, dt) else { return Err(too_deep(t)) };
             return Ok(forces_of(mechanism, &modes).unwrap_or(vec![[f64::NAN; 2]; count]));
         }
-        let Some(posture) = self.run.posture() else { return unknown() };
-        let (body, modes) = match self.moving(k, dt).ok_or_else(|| too_deep(t))? {
+        let subject = &self.run.record.subject;
+        let Some(posture) = subject.posture() else { return unknown() };
+        let (mut body, mut modes) = match self.moving(k, dt).ok_or_else(|| too_deep(t))? {
             (Moving::Turning(body), modes) => (*body, modes),
             (Moving::Frozen(state), modes) => {
                 // The forces are those of the nominal posture.
-                let State { q, qdot } = self.run.record.subject.state(&state);
+                let State { q, qdot } = subject.state(&state);
                 let straight = |v: nalgebra::Vector3<f64>| [v.x, v.y, 0.0];
                 let at = State::new(straight(q), straight(qdot));
-                let subject = &self.run.record.subject;
                 let (gaps, rates): (Vec<f64>, Vec<f64>) =
                     subject.per_contact(|i| state.points[i]).map(|p| (p.h, p.u)).unzip();
                 let mut body = Start::body_state(posture, &at, &gaps, &rates);
@@ -345,7 +345,12 @@ impl<'a> Reader<'a> {
                 (body, modes)
             }
         };
-        let mut forces = body.forces(posture, &modes)?;
+        let feet = posture.feet();
+        if !feet.is_empty() {
+            body.set_on(feet);
+            modes = feet.modes(&modes, Mode::Separate).collect();
+        }
+        let mut forces = body.forces(self.run.posture().unwrap_or(posture), &modes)?;
         forces.resize(count, [0.0; 2]);
         Ok(forces)
     }

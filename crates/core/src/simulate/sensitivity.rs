@@ -702,7 +702,7 @@ impl<'a> Walk<'a> {
             let [plain, listed] = &mut self.done;
             match record.impacts.get(*listed) {
                 Some(hit) if hit.collisions <= *plain && hit.clock.since(end) <= 0.0 => {
-                    let at = self.run.posture().filter(|p| hit.contact < p.contacts().len());
+                    let at = record.subject.posture().filter(|p| hit.contact < p.contacts().len());
                     let at = at.map_or(hit.contact, |posture| posture.point_of(hit.contact));
                     let rate = hit.before.get(at).copied().unwrap_or(0.0);
                     blows.push(Blow {

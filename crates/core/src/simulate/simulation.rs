@@ -11,8 +11,8 @@ use crate::math::unsigned_zero::UnsignedZero;
 use crate::motion::Driver;
 use crate::motion::drops::{Dropped, Drops};
 use crate::motion::record::Record;
-use crate::options::{Edges, Model, Options};
-use crate::outcome::{End, FirstZeno, ModelReason};
+use crate::options::{Edges, Model, Options, Simultaneous};
+use crate::outcome::{End, FirstZeno, ModelReason, Outcome};
 use crate::simulate::limits::solvable;
 use crate::simulate::sensitivity::limited;
 use crate::simulate::start::{Start, never_turns};
@@ -132,6 +132,12 @@ impl<'a> Simulation<'a> {
         }
     }
 
+    /// The same run of the outer feet of the body, where the inner ones only follow: they have no impulses where all feet are hit at once.
+    fn of_outer_feet(&self) -> Option<Self> {
+        let at_once = self.options.policy() == Simultaneous::Together && !self.options.certify;
+        Some(Self { posture: self.posture.outer_feet().filter(|_| at_once)?, ..*self })
+    }
+
     fn motion(&self) -> Result<Trajectory, Error> {
         limited(&self.options, |options| Self { options: *options, ..*self }.unlimited())
     }
@@ -139,6 +145,12 @@ impl<'a> Simulation<'a> {
     /// The motion without a limit of the sensitivity.
     fn unlimited(&self) -> Result<Trajectory, Error> {
         let Self { posture, ref options, excitation, .. } = *self;
+        if let Some(outer) = self.of_outer_feet()
+            && let Ok(run) = outer.unlimited()
+            && is_told(run.outcome())
+        {
+            return Ok(run.of_all_feet(posture));
+        }
         let (model, reason) = self.choose();
         let start = Start::new(posture, &self.start, model)?;
         if excitation.is_none() {
@@ -179,6 +191,12 @@ impl<'a> Simulation<'a> {
         if !self.excitation.is_none() || self.options.sensitivity_limit.is_some() {
             return Ok(end_of(&self.motion()?));
         }
+        if let Some(outer) = self.of_outer_feet()
+            && let Ok(end) = outer.end_of_motion()
+            && is_told(end.outcome)
+        {
+            return Ok(end);
+        }
         self.driver(|mut driver| driver.end())
     }
 
@@ -202,6 +220,12 @@ impl<'a> Simulation<'a> {
         };
         Ok(run.with(enclosure.ok_or(Error::Cancelled)?))
     }
+}
+
+/// Whether a run of outer feet with this outcome is that of all feet. Without an end, or with an open one, it would tell of the outer feet alone;
+/// and it has no end where the ground parts the rows.
+fn is_told(outcome: Outcome) -> bool {
+    !matches!(outcome, Outcome::EventLimit | Outcome::Inconsistent | Outcome::Ambiguous)
 }
 
 fn end_of(run: &Trajectory) -> End {

@@ -8,6 +8,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use serde_json::Value;
 
 use crate::body::Mechanism;
+use crate::body::lines::Feet;
 use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
@@ -103,6 +104,8 @@ struct Expanded {
 #[derive(Debug, Clone)]
 pub struct Trajectory {
     pub(super) record: Box<Record>,
+    /// The posture with all feet, where the record has the outer feet only.
+    whole: Option<Posture>,
     options: Options,
     model: Model,
     model_reason: ModelReason,
@@ -273,6 +276,7 @@ impl Trajectory {
         }
         Self {
             record,
+            whole: None,
             options,
             model,
             model_reason,
@@ -289,6 +293,16 @@ impl Trajectory {
 
     pub(crate) fn excited_by(self, excitation: Excitation) -> Self {
         Self { excitation, ..self }
+    }
+
+    /// The run of a posture, from that of its outer feet.
+    pub(super) fn of_all_feet(self, posture: &Posture) -> Self {
+        Self { whole: Some(posture.clone()), ..self } // it shares its data
+    }
+
+    /// The contacts of the posture, in terms of those of the record.
+    pub(super) fn feet(&self) -> &Feet {
+        self.record.subject.feet()
     }
 
     /// The run with the options that the user gave.
@@ -352,7 +366,7 @@ impl Trajectory {
     /// The posture; `None` for a run of a [`LocalModel`](crate::body::LocalModel) given by parameters.
     #[must_use]
     pub fn posture(&self) -> Option<&Posture> {
-        self.record.subject.posture()
+        self.whole.as_ref().or(self.record.subject.posture())
     }
 
     /// The state at the start; for a model without a body only θ and ω are defined.
@@ -388,20 +402,19 @@ impl Trajectory {
     /// Final gaps of the contacts of the posture, in m; a side of the body has no gap.
     #[must_use]
     pub fn gaps(&self) -> Vec<f64> {
-        self.record.end.gaps.to_vec()
+        self.feet().means(&self.record.end.gaps)
     }
 
     /// The contacts of [`contacts`](Self::contacts) that touch at the end.
     #[must_use]
     pub fn touching(&self) -> ContactSet {
-        let end = &self.record.end;
-        ContactSet::of_gaps(&end.gaps).with(end.sides.iter().copied())
+        self.record.end.touching(self.feet())
     }
 
     /// Final gap rates of the contacts of the posture, in m/s; a side of the body has none.
     #[must_use]
     pub fn rates(&self) -> Vec<f64> {
-        self.record.end.rates.to_vec()
+        self.feet().means(&self.record.end.rates)
     }
 
     /// Warnings: corners of the ground that pass through the body (see [`Edges`](crate::options::Edges)), ties, a start with a small penetration
@@ -491,7 +504,7 @@ impl Trajectory {
             |clock: Clock, contact: usize, before, after, impulse: [f64; 2]| ImpactRecord {
                 time: self.clock(clock),
                 elapsed: clock.hi,
-                contact: ContactNumber::of(contact),
+                contact: ContactNumber::of(self.feet().number(contact)),
                 rates_before: before,
                 rates_after: after,
                 impulse: impulse.map(|part| (mass * part).unsigned_zero()),
@@ -503,9 +516,9 @@ impl Trajectory {
         });
         let mut all = Vec::with_capacity(self.record.hits);
         for (k, c) in self.record.impacts.iter().enumerate() {
-            let each = |rates: &[f64]| match self.posture() {
-                Some(posture) => posture.per_contact(|k| rates[k].unsigned_zero()).collect(),
-                None => rates.to_vec().unsigned_zero(),
+            let each = |rates: &[f64]| {
+                let all: Vec<f64> = self.record.subject.per_contact(|k| rates[k]).collect();
+                self.feet().means::<Vec<f64>>(&all).unsigned_zero()
             };
             all.extend(plain.by_ref().take(c.collisions + k - all.len()));
             all.push(record(c.clock, c.contact, each(&c.before), each(&c.after), c.impulse));
@@ -527,9 +540,8 @@ impl Trajectory {
     }
 
     fn zeno_point(&self, zeno: &ZenoRecord, grown: Option<f64>) -> ZenoPoint {
-        let closed = |&i: &usize| zeno.closed[i];
-        let contacts: Vec<_> =
-            (0..zeno.closed.len()).filter(closed).map(ContactNumber::of).collect();
+        let feet = self.feet();
+        let contacts: Vec<_> = zeno.contacts(feet).map(ContactNumber::of).collect();
         let Moment { clock, state, gaps, rates, .. } = &zeno.at;
         let (q, qdot) = self.values(&zeno.at).unzip();
         ZenoPoint {
@@ -541,8 +553,8 @@ impl Trajectory {
             q,
             qdot,
             rotation: [state.q.z, state.qdot.z],
-            gaps: gaps.to_vec(),
-            gap_rates: rates.to_vec(),
+            gaps: feet.means(gaps),
+            gap_rates: feet.means(rates),
             certified: zeno.certified,
             method: zeno.method,
             plastic: zeno.plastic,
@@ -590,8 +602,10 @@ impl Trajectory {
         // The start of each phase, more precise than the time on the clock.
         let mut starts: Vec<Clock> = Vec::new();
         for span in &self.record.spans {
-            let (clock, cause) = (span.clock, span.cause);
-            let mut mode = span.motion.letters(&self.record.subject);
+            let number = |contact| self.feet().number(contact);
+            let (clock, cause) = (span.clock, span.cause.map(|cause| cause.renumbered(number)));
+            let letters: Vec<char> = span.motion.letters(&self.record.subject).chars().collect();
+            let mut mode: String = self.feet().modes(&letters, 'S').collect();
             let known = self.count() + self.record.sides.len();
             mode.extend(std::iter::repeat_n('S', known.saturating_sub(mode.len())));
             let start = self.clock(clock);
@@ -833,12 +847,13 @@ impl Trajectory {
         question.answer(cancel).map_err(|e| in_file(path, "", e))
     }
 
+    /// Number of contacts of the posture.
     pub(super) fn count(&self) -> usize {
-        self.record.subject.count()
+        self.posture().map_or(self.record.subject.count(), |posture| posture.contacts().len())
     }
 
     fn each(&self, pair: [f64; 2]) -> Vec<f64> {
-        pair[..self.count()].to_vec().unsigned_zero()
+        self.feet().means::<Vec<f64>>(&pair[..self.record.subject.count()]).unsigned_zero()
     }
 
     pub(super) fn clock(&self, elapsed: Clock) -> f64 {

@@ -1,13 +1,30 @@
 //! The contact forces of a smooth motion.
 
 use crate::body::contact::ContactLetters;
+use crate::body::lines::Feet;
 use crate::body::posture::Posture;
+use crate::body::terrain::Place;
 use crate::error::Error;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{Mode, Word, forces};
-use crate::sustained::BodyState;
+use crate::sustained::{BodyState, ContactState};
 
 impl BodyState {
+    /// Adds the points of the inner feet of its rows, each between two points that the body has.
+    pub(crate) fn set_on(&mut self, feet: &Feet) {
+        let between = |[one, other]: [ContactState; 2], w: f64| ContactState {
+            b: w * one.b + (1.0 - w) * other.b,
+            c: w * one.c + (1.0 - w) * other.c,
+            ..one
+        };
+        let number = |(contact, p): (usize, ContactState)| ContactState {
+            place: Place { contact, ..p.place },
+            ..p
+        };
+        let all = feet.all(self.points.len(), |i| self.points[i], between).enumerate();
+        self.points = all.map(number).collect();
+    }
+
     /// The forces (tangential, normal) of all contacts in these modes of their points, in N; then those of corners of the ground on sides, up
     /// to the last one that is near. NaN where no forces cause the motion. Where
     /// several forces do, the smallest ones. Contacts that move as one share their force, and a contact in a vertex has the sum of the

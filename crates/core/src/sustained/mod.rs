@@ -46,7 +46,6 @@ use crate::math::mass_vector::Coordinates;
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::Mode;
-use crate::outcome::Instant;
 use crate::sustained::side::SideContact;
 pub(crate) use crate::sustained::step::{ORDERS, Step, StepEnd};
 use crate::tolerance::STILL;
@@ -273,11 +272,6 @@ pub(crate) fn state_at((Center { r, v }, spin): (Center, Spin)) -> State {
 impl BodyState {
     pub(crate) fn state(&self) -> State {
         state_at(self.place())
-    }
-
-    pub(crate) fn instant(&self, posture: &Posture) -> Instant {
-        let (gaps, rates) = self.gaps_and_rates(posture);
-        Instant { state: self.state(), gaps, rates }
     }
 
     /// Gaps (m) and rates (m/s) of the contacts.
