@@ -333,6 +333,7 @@ impl Ground {
             has_walls: self.has_walls || parts.iter().any(|part| part.is_arc),
             is_polyline: self.is_polyline,
             raised: radius,
+            concave: Vec::new(),
             low: self.is_polyline.then(|| Arc::new(self.clone())),
         })
     }

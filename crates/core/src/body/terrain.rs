@@ -117,6 +117,8 @@ pub(crate) struct Ground {
     pub(crate) places: ExtentTree,
     /// Height of the lowest vertex, in m; −∞ if a piece has no end.
     pub(crate) lowest: f64,
+    /// The x of its concave vertices, in their order, in m; none of a raised ground.
+    pub(super) concave: Vec<f64>,
 }
 
 /// The position of a point relative to the pieces of its terrain.
@@ -291,8 +293,11 @@ impl Ground {
         let low = |end: End| if end.is_endless() { f64::NEG_INFINITY } else { end.vertex.y };
         let ends = pieces.iter().flat_map(|piece| piece.ends.map(low));
         let lowest = ends.fold(f64::INFINITY, f64::min);
-        let (raised, low) = (0.0, None);
-        let mut ground = Self { pieces, has_walls, is_polyline, raised, low, places, lowest };
+        let (raised, low, concave) = (0.0, None, Vec::new());
+        let mut ground =
+            Self { pieces, has_walls, is_polyline, raised, low, places, lowest, concave };
+        let bends = (1..ground.pieces.len()).filter(|k| ground.turn(*k) == Ordering::Greater);
+        ground.concave = bends.map(|k| ground.pieces[k].ends[0].vertex.x).collect();
         for k in 1..ground.pieces.len() {
             let [one, two] = [ground.pieces[k - 1], ground.pieces[k]];
             if !(one.faces_up() && two.faces_up()) {
@@ -330,8 +335,13 @@ impl Ground {
         }
     }
 
-    /// Height above the line of a piece of the highest end of the pieces between these x, all in m; 0 if none is higher than `least`.
+    /// Height above the line of a piece of the highest end of the pieces between these x, all in m; 0 if none is higher than `least`. One of
+    /// these pieces is this piece, and all face up: beyond it, the ground comes above its line only behind a concave vertex.
     pub(crate) fn rise(&self, piece: &Piece, between: [f64; 2], least: f64) -> f64 {
+        let next = self.concave.partition_point(|x| *x < between[0]);
+        if self.concave.get(next).is_none_or(|x| *x > between[1]) {
+            return 0.0;
+        }
         let strip = Extent::of(between.map(|x| Vector2::new(x, 0.0)));
         let may = |place: &Extent| {
             place.is_over(&strip) && place.farthest(&piece.normal, &piece.origin) > least
