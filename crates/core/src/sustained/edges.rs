@@ -9,7 +9,8 @@
 //!
 //! In an interval of time p(t) differs from the cubic with the same p and ṗ at both ends by at most an error that is measured at the
 //! middle. The cubic stays in the hull of its four control points. An interval contains no entry if this hull, enlarged by the error, meets
-//! no side of the body, or if the corner stays farther from the centre of mass than every point of the body. All other intervals are
+//! no side of the body, or if the corner stays farther from the centre of mass than every point of the body. It contains one if the corner
+//! lies in the body at its end, and the hull meets a single side, below which the corner comes deeper all the time. All other intervals are
 //! halved. The time of an entry is the root of the depth of the corner below the side.
 
 use std::sync::Arc;
@@ -17,7 +18,7 @@ use std::sync::Arc;
 use nalgebra::Vector2;
 use smallvec::{SmallVec, smallvec};
 
-use crate::body::outline::Outline;
+use crate::body::outline::{Outline, Side};
 use crate::body::posture::{Corners, Posture};
 use crate::collisions::log::{Center, Spin};
 use crate::math::extents::Extent;
@@ -48,8 +49,7 @@ pub(crate) struct Path<'a> {
     at: &'a dyn Fn(f64) -> (Center, Spin),
 }
 
-/// The control points of the depth of a point V below the line of a side, each as (n, d) with the depth n·(V − x − r) + d (m), where
-/// x + r is the centre of mass at the start.
+/// The control points of the depth of a point V below the line of a side, each as (n, d) with the depth n·V + d (m).
 type Depths = [(Vector2<f64>, f64); 4];
 
 /// A corner of the ground at an instant, in the axes of the body.
@@ -272,12 +272,14 @@ impl<'a> Path<'a> {
                     0.125 * (depth_at[0] + depth_at[3]) + 0.375 * (depth_at[1] + depth_at[2]);
                 let off =
                     MEASURED_ERROR * (middle - depth).abs() + error(&inwards_at, &inwards) * far;
-                std::array::from_fn(|k| (inwards_at[k], depth_at[k] + off + margin))
+                let from = depth_at.map(|depth| depth + off + margin);
+                std::array::from_fn(|k| (inwards_at[k], from[k] - inwards_at[k].dot(&center)))
             })
             .collect();
         move |place| {
-            let outside =
-                |(inwards, depth): &(Vector2<f64>, f64)| place.farthest(inwards, &center) < -depth;
+            let outside = |(inwards, depth): &(Vector2<f64>, f64)| {
+                place.farthest(inwards, &Vector2::zeros()) < -depth
+            };
             !lines.iter().any(|line| line.iter().all(outside))
         }
     }
@@ -338,19 +340,26 @@ impl<'a> Path<'a> {
             let error = error(&hull, &middle.p);
             let turn = span * now.omega.abs().max(end.omega.abs());
             let inside = outline.holds(&end.p);
-            let off = || turn <= CUBIC_TURN && outline.is_off_sides(&hull, error);
+            let known = turn <= CUBIC_TURN;
+            let mut met = outline.met(&hull, error);
+            let first = if known { met.next() } else { None };
+            let off = || known && first.is_none();
             if !inside && (off() || now.is_far_until(&end, &middle, outline.radius)) {
                 now = end;
                 ends.pop();
                 continue;
             }
+            let mut is_only =
+                |side: &&Side| met.next().is_none() && side.is_only_entered(&hull, error);
+            let only = first.filter(|side| inside && is_only(side));
             let extent = hull.iter().map(|p| (p - now.p).norm()).fold(error, f64::max);
-            if extent > outline.depth && middle.t > now.t && middle.t < end.t {
+            let divides = extent > outline.depth && middle.t > now.t && middle.t < end.t;
+            if only.is_none() && divides {
                 ends.push(middle);
                 continue;
             }
             if inside {
-                let side = outline.nearest_side(&end.p);
+                let side = only.unwrap_or_else(|| outline.nearest_side(&end.p));
                 let t = self.crossing(corner, [now.t, end.t], TOUCH * outline.radius, |seen| {
                     side.depth(&seen.p, &seen.v)
                 });
@@ -408,7 +417,8 @@ mod tests {
     use crate::math::random::Random;
     use crate::sustained::flight::flown;
 
-    /// Corners around a box that flies and turns: none of those that are ruled out within a time enters within it.
+    /// Corners around a box that flies and turns: none of those that are ruled out within a time enters within it, and none lies in the
+    /// box before it enters.
     #[test]
     fn corners_that_are_ruled_out_do_not_enter() {
         let (posture, mut random) =
@@ -426,6 +436,15 @@ mod tests {
             let (path, dt) = (Path::new(&posture, &[], &at), random.between(0.0, 0.3));
             let entry = path.entry(outline, &corner, dt);
             entered += usize::from(entry.is_some());
+            let until = entry.map_or(dt, |entry| entry.t);
+            let place = |k: usize| path.see(&corner, until * k as f64 / 64.0).p;
+            assert!(
+                entry.is_some_and(|entry| entry.inside)
+                    || (0..64).all(|k| !outline.holds(&place(k)))
+            );
+            if let Some(Entry { t, .. }) = entry.filter(|entry| entry.t > 0.0) {
+                assert!(path.depth(outline, &corner, t).abs() < TOUCH);
+            }
             if !path.reached(outline, dt)(&Extent::of([corner])) {
                 out += 1;
                 assert_eq!(entry, None);
