@@ -68,7 +68,7 @@ impl Extent {
     }
 }
 
-/// Node k encloses the nodes 2k and 2k + 1; the things are the last nodes, in their order.
+/// Node k encloses the nodes 2k and 2k + 1; the things are the last nodes, in their order, before empty ones up to a power of two.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct ExtentTree {
     nodes: Vec<Extent>,
@@ -105,20 +105,15 @@ impl ExtentTree {
                 if !may(&self.nodes[k]) {
                     continue;
                 }
-                if k >= self.first {
+                if k < self.first {
+                    left.push(2 * k + 1);
+                    left.push(2 * k);
+                } else if k < self.first + self.count {
                     return Some(k - self.first);
                 }
-                // The last nodes enclose nothing.
-                left.extend([2 * k + 1, 2 * k].into_iter().filter(|k| self.holds(*k)));
             }
             None
         })
-    }
-
-    /// Whether node `k` encloses anything.
-    fn holds(&self, k: usize) -> bool {
-        let depth = self.first.ilog2() - k.ilog2();
-        k << depth < self.first + self.count
     }
 
     /// The least value of a thing, which is at least its distance from a point (m) up to rounding.
