@@ -264,7 +264,7 @@ pub(crate) const REGULAR_ERROR: f64 = 1e-12;
 pub(crate) const REGULAR_PROMISING: f64 = 1e5;
 
 /// Largest loss 1 − f of a regular cycle, f the factor of the size of the motion. Up to rest some 40/(1 − f) cycles are left, and a sum costs as much
-/// as 50 000 of them. Only the cost depends on it. Dimensionless. Range: 1e-4 to 1e-3.
+/// as some ten thousand of them. Only the cost depends on it. Dimensionless. Range: 1e-4 to 1e-3.
 pub(crate) const REGULAR_LOSS: f64 = 3e-4;
 
 /// Growth of the distance of shapes from a regular cycle, squared, in a cycle. Unit: loss 1 − f of the cycle. While the speeds fall by 17 digits, the

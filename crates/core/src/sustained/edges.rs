@@ -13,6 +13,7 @@
 //! lies in the body at its end, and the hull meets a single side, below which the corner comes deeper all the time. All other intervals are
 //! halved. The time of an entry is the root of the depth of the corner below the side.
 
+use std::cell::LazyCell;
 use std::sync::Arc;
 
 use nalgebra::Vector2;
@@ -156,7 +157,7 @@ impl EdgeWatch {
         let watched = |corner: &&Vector2<f64>| {
             !(outline.is_convex && held.iter().any(|on| is_at(&on, corner)))
         };
-        let reached = path.reached(outline, dt);
+        let reached = LazyCell::new(|| path.reached(outline, dt));
         let near = corners.of_which(|place| near.meets(place) && reached(place)).filter(watched);
         let mut left: SmallVec<[(usize, Vector2<f64>); 8]> = near.copied().enumerate().collect();
         let mut entries = SmallVec::<[(usize, Entry); 2]>::new();

@@ -45,7 +45,7 @@ impl FullState {
         let omega = (rates[a] - rates[1 - a]) / (self.b[a] - self.b[1 - a]);
         let speed = rates[a] - self.b[a] * omega;
         let turn = Turn::by(self.spin.theta);
-        let height = k.c * turn.one_minus_cos - k.b * turn.sin;
+        let height = -k.gap(&Vector3::zeros(), &turn);
         let energy = 0.5 * (speed * speed + self.body.rho2 * omega * omega) + k.gravity * height;
         Place { speed, omega, height, energy }
     }
@@ -54,8 +54,8 @@ impl FullState {
     fn at_gap(&self, a: usize) -> Self {
         let (b, mut state) = (1 - a, *self);
         for _ in 0..GAP_STEPS {
-            let (q, turn) = (Vector3::new(0.0, 0.0, state.spin.theta), Turn::by(state.spin.theta));
-            let [of_a, of_b] = [a, b].map(|i| self.body.contacts[i].gap(&q, &turn));
+            let turn = Turn::by(state.spin.theta);
+            let [of_a, of_b] = [a, b].map(|i| self.body.contacts[i].gap(&Vector3::zeros(), &turn));
             state.spin.theta += (self.gaps.h[b] - (of_b - of_a)) / (state.b[b] - state.b[a]);
             state = state.renewed();
         }
