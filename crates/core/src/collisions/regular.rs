@@ -58,14 +58,14 @@ pub(crate) struct RegularSum {
 /// A cycle of two impacts, from a shape and a size.
 pub(crate) struct Cycle {
     pub(crate) z: Vector2<f64>,
-    /// Duration of the two flights in units of 1/√E.
+    /// Duration of the two flights, in units of √E.
     pub(crate) tau: f64,
     /// 1 − f
     pub(crate) loss: f64,
 }
 
 impl Cycle {
-    /// From the rates after it, the duration and the energy that the impacts take, in units of √E, 1/√E and E.
+    /// From the rates after it and the duration, in units of √E, and the energy that the impacts take, in units of E.
     pub(crate) fn new(rates: [f64; 2], tau: f64, taken: f64) -> Self {
         let root = (1.0 - taken).sqrt();
         Self { z: Vector2::from(rates) / root, tau, loss: taken / (1.0 + root) }
