@@ -1,6 +1,14 @@
 from collections.abc import Callable, Iterator, Sequence
 from os import PathLike
-from typing import Any, Final, Literal, Self, TypeAlias, final, overload
+from typing import (
+    Any,
+    Final,
+    Literal,
+    Self,
+    TypeAlias,
+    final,
+    overload,
+)
 
 import numpy as np
 import numpy.typing as npt
@@ -1114,7 +1122,9 @@ class Verdict:
     @property
     def by(self) -> _By | None: ...
     @property
-    def jams(self) -> _Jams: ...
+    def after_jam(self) -> _Jams: ...
+    @property
+    def jams(self) -> list[dict[str, Any]]: ...
     @property
     def width(self) -> float: ...
     @property

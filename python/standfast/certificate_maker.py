@@ -31,7 +31,7 @@ def make(verdict: Verdict) -> dict[str, Any]:
     if verdict.mechanism is not None:
         # With all joints locked it is a rigid body; ValueError for others.
         body = verdict.mechanism.posture()
-        return make(stability(body, jams=verdict.jams, width=verdict.width))
+        return make(stability(body, jams=verdict.after_jam, width=verdict.width))
     posture, by = verdict.posture, verdict.by
     assert posture is not None
     found = {
@@ -43,7 +43,7 @@ def make(verdict: Verdict) -> dict[str, Any]:
             verdict.frictional_stability,
             by,
             verdict.evidence,
-            verdict.jams,
+            verdict.after_jam,
         ),
     }
     try:

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -222,10 +222,7 @@ def verdict_table(verdict: sf.Verdict) -> str:
     lines.append(f"    {verdict.in_words}")
     if verdict.reason is not None and verdict.trials is None:
         lines.append(f"    {TRY}")
-    if verdict.jams == "impact":
-        lines.append(
-            "  jams              end by plastic impacts without collision, under every law of impact"
-        )
+    lines += _jams(verdict)
     if verdict.posture is not None:
         lines += _of_posture(verdict, verdict.posture)
     if verdict.mechanism is not None:
@@ -279,6 +276,41 @@ def verdict_table(verdict: sf.Verdict) -> str:
             f"  delicate          it is decided with the numbers exactly as given, but not for all scenes within {verdict.width:g} of them"
         )
     return "\n".join(lines)
+
+
+def _jams(verdict: sf.Verdict) -> list[str]:
+    """The contacts that jam, each in a line, and what happens there.
+
+    >>> foot = sf.Contact(point=(0, 0), friction=2)
+    >>> rod = sf.Posture(mass=1, gyration_radius=3**-0.5, center_of_mass=(0.5, 0.75**0.5), contacts=[foot], restitution=0)
+    >>> print(*_jams(sf.stability(rod)))
+      jams              contact 1 while it slides left, from friction 1.34715 on
+    """
+    found = verdict.jams
+    lines = [jam_in_words(jam) for jam in found[:ROWS]]
+    if len(found) > ROWS:
+        lines.append(f"... and {len(found) - ROWS} more")
+    if verdict.after_jam == "impact":
+        lines.append(
+            "end by plastic impacts without collision, under every law of impact"
+        )
+    titles = ["jams", *[""] * len(lines)]
+    return [f"  {title:<18}{line}" for title, line in zip(titles, lines, strict=False)]
+
+
+def jam_in_words(jam: dict[str, Any]) -> str:
+    """A contact that jams, or two that jam together, with the friction from which on they do.
+
+    >>> jam_in_words({"contacts": [1, 3], "slides": "RL", "friction": [0.5, 0.25]})
+    'contacts 1 and 3 only together while they slide right and left, from friction 0.5 and 0.25 on'
+    """
+    ways = " and ".join("right" if way == "R" else "left" for way in jam["slides"])
+    friction = " and ".join(f"{value:.6g}" for value in jam["friction"])
+    alone = len(jam["contacts"]) == 1
+    who = "while it slides" if alone else "only together while they slide"
+    return (
+        f"{contacts_named(jam['contacts'])} {who} {ways}, from friction {friction} on"
+    )
 
 
 def _size(posture: sf.Posture) -> float:
@@ -337,7 +369,7 @@ def _of_mechanism(verdict: sf.Verdict, mechanism: sf.Mechanism) -> list[str]:
     title = "joints            "
     every = [*joints] if len(joints) > 1 else []
     for chosen in [every, *([joint] for joint in joints[:ROWS])]:
-        if chosen and (text := _with_locked(mechanism, chosen, verdict.jams)):
+        if chosen and (text := _with_locked(mechanism, chosen, verdict.after_jam)):
             lines.append(f"  {title:<18}{text}")
             title = ""
     return lines

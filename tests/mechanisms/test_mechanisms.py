@@ -35,7 +35,15 @@ def test_the_verdict_on_a_body_is_that_on_its_posture(jams):
     other = sf.stability(sf.Mechanism.of_posture(ROD), jams=jams)
     assert (other.posture, verdict.mechanism) == (None, None)
     assert other.mechanism == sf.Mechanism.of_posture(ROD)
-    for name in ("frictional_stability", "by", "jams", "laws", "coupling", "flight"):
+    for name in (
+        "frictional_stability",
+        "by",
+        "after_jam",
+        "jams",
+        "laws",
+        "coupling",
+        "flight",
+    ):
         assert getattr(verdict, name) == getattr(other, name), name
     assert verdict.kinematic_margin == pytest.approx(other.kinematic_margin, abs=1e-12)
     assert list(verdict.modes) == list(other.modes)

@@ -102,7 +102,7 @@ def test_jams_at_five_places():
         verdict = sf.stability(posture, jams="impact")
         assert verdict.frictional_stability == "stable"
         assert verdict.by == ("corner-map" if com[0] else "neutral")
-        assert verdict.jams == "impact"
+        assert verdict.after_jam == "impact"
         assert ends(posture, "impact", np.random.default_rng(1)) == {"rest": KICKS}
     posture = paper_vee(-0.944257426, 2.797979798)
     verdict = sf.stability(posture, jams="impact")

@@ -174,10 +174,41 @@ impl PyVerdict {
         self.verdict.by.map(standfast::stability::Argument::as_str)
     }
 
-    /// What happens where a contact jams, as given to `stability`: "none" or "impact".
+    /// What happens where a contact jams, as given to `stability` as `jams`: "none" or "impact".
     #[getter]
-    fn jams(&self) -> String {
-        word(&self.verdict.jams)
+    fn after_jam(&self) -> String {
+        word(&self.verdict.after_jam)
+    }
+
+    /// Every contact that jams while it slides (Painlevé), and every two contacts that jam only together: a list of dicts {"contacts", "slides",
+    /// "friction"}. contacts : their numbers. slides : their directions, a letter "R" or "L" for each. friction : the coefficient of each from which on
+    /// they jam; of two contacts both are multiplied by the same factor. Certain for all numbers within the width.
+    ///
+    /// >>> import math
+    /// >>> import standfast as sf
+    /// >>> angle, foot = math.radians(60), sf.Contact(point=(0, 0), friction=2)          # a uniform rod of 2 m: Painlevé's
+    /// >>> rod = sf.Posture(mass=1, gyration_radius=3**-0.5, center_of_mass=(math.cos(angle), math.sin(angle)), contacts=[foot], restitution=0)
+    /// >>> sf.stability(rod).jams
+    /// [{'contacts': [1], 'slides': 'L', 'friction': [1.3471506281091268]}]
+    #[getter]
+    fn jams<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let width = self.verdict.width;
+        let found = match &self.on {
+            Standing::Body(posture) => {
+                standfast::stability::jams(&posture.0, width).map_err(|e| to_py(&e))?
+            }
+            Standing::Mechanism(of) => standfast::stability::mechanism_jams(&of.0, width),
+        };
+        let list = PyList::empty(py);
+        for jam in found {
+            let entry = PyDict::new(py);
+            let contacts: Vec<usize> = jam.contacts.iter().map(|c| c.number()).collect();
+            entry.set_item("contacts", contacts)?;
+            entry.set_item("slides", jam.slides.to_string())?;
+            entry.set_item("friction", jam.friction)?;
+            list.append(entry)?;
+        }
+        Ok(list.into_any())
     }
 
     /// The width of the numbers for which the verdict holds: see `stability`.
@@ -211,9 +242,9 @@ impl PyVerdict {
     /// (contact, phi, growth); the sum of their growths is a lower bound that is proved. For "growing-trap" its ranges (contact, slope, weight,
     /// growth): the limits of ξ/y, W ≤ growth + W(next), and a proved lower bound of ln r'/r. For "single-support" a motion {"word", "velocity"}: a turn
     /// about the contact. For "accelerating-mode" how the body moves away: a word at rest, a corner, or a motion {"word",
-    /// "velocity"} that starts at q = 0 with this velocity. For "no-solution" {"contacts", "slides", "stiffness", "q", "qdot"}: a start in the
+    /// "velocity"} that starts at q = 0 with this velocity. For "no-solution" {"contacts", "slides", "stiffness", "q", "qdot", "jams"}: a start in the
     /// local model at which these contacts slide ("R", "L"), no word is consistent and no impact is due; the same holds with qdot times f and q
-    /// times f², 0 < f < 1. For "well" {"width", "rays"}: w as in `radius`, and the directions (x, y, θ), of length 1 in √(x² + y² + ρ²θ²), in
+    /// times f², 0 < f < 1; and all contacts that jam, as in `jams`. For "well" {"width", "rays"}: w as in `radius`, and the directions (x, y, θ), of length 1 in √(x² + y² + ρ²θ²), in
     /// which exactly two contacts stay closed. For "descending-pair" {"rays", "pairs"}, with the verdict on the pair of each ray that does not
     /// ascend; on one line of ground no rays, and the verdict on the outer contacts. For "neutral" {"outer", "stiffness"}: the outer contacts, and N M⁻¹ (N − σμT)ᵀ of each while it slides to the right and to the
     /// left, per unit mass. For "bounded-corners" {"growth"}: an upper bound, below 1, of the mean growth of the landing speed over a cycle of
@@ -244,7 +275,7 @@ impl PyVerdict {
     /// each pair that can stay closed while all other contacts open. Empty for other bodies.
     #[getter]
     fn pairs(&self) -> PyResult<Vec<Self>> {
-        let options = StabilityOptions { jams: self.verdict.jams, width: self.verdict.width };
+        let options = StabilityOptions { jams: self.verdict.after_jam, width: self.verdict.width };
         let found = match &self.on {
             Standing::Body(posture) => holding_pairs(&posture.0, &options),
             Standing::Mechanism(mechanism) => mechanism_pairs(&mechanism.0, &options),
@@ -377,8 +408,8 @@ impl PyVerdict {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (Standing,))> {
         let mut again = py.import("standfast")?.getattr("stability")?;
         let keywords = PyDict::new(py);
-        if self.verdict.jams != Jams::None {
-            keywords.set_item("jams", self.jams())?;
+        if self.verdict.after_jam != Jams::None {
+            keywords.set_item("jams", self.after_jam())?;
         }
         if self.verdict.width != DEFAULT_WIDTH {
             keywords.set_item("width", self.verdict.width)?;
@@ -398,7 +429,7 @@ impl PyVerdict {
         other.cast::<Self>().is_ok_and(|other| {
             let other = other.get();
             self.on == other.on
-                && self.verdict.jams == other.verdict.jams
+                && self.verdict.after_jam == other.verdict.after_jam
                 && self.verdict.width == other.verdict.width
                 && self.verdict.trials == other.verdict.trials
         })

@@ -331,7 +331,7 @@ fn check_contact(i: usize, contact: &ContactRows, dof: usize) -> Result<(), Erro
     in_range(
         format_args!("{at}.friction"),
         contact.friction,
-        contact.friction <= ROUGHEST,
+        contact.friction <= ROUGHEST_CONTACT,
         "at most 1e6 for motion",
     )?;
     if let Some(value) = contact.restitution {
@@ -346,5 +346,6 @@ fn check_contact(i: usize, contact: &ContactRows, dof: usize) -> Result<(), Erro
     Ok(())
 }
 
-/// As for postures: beyond, a mode with a normal force just below zero would be driven by its friction.
-const ROUGHEST: f64 = 1e6;
+/// Coefficient of friction up to which forces that count as ties (1e-10 of the load) have friction of at most 1e-4 of it. Beyond, a
+/// mode with a normal force just below zero would be driven by its friction.
+pub(crate) const ROUGHEST_CONTACT: f64 = 1e6;

@@ -33,6 +33,7 @@ pub use drawn::GroundPiece;
 pub use fields::{ContactRows, GroundKind, MechanismFields, PostureFields, Surface};
 pub use holding::{HoldingChoice, HoldingTorques};
 pub use local_model::{LocalModel, LocalModelFields, LocalState};
+pub(crate) use mechanism::ROUGHEST_CONTACT;
 pub use mechanism::{MAX_DOF, Mechanism};
 pub use posture::{MAX_CONTACTS, Posture};
 pub use shape::Lamina;

@@ -1,5 +1,6 @@
 //! Ranges of the quantities that can be simulated.
 
+use crate::body::ROUGHEST_CONTACT;
 use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::error::{Error, LARGEST, dissipative, in_range};
@@ -77,10 +78,6 @@ const HEAVIEST: f64 = 1e6;
 /// depends on the square of their distance: four digits are left here. Rounding would decide the friction of nearer contacts.
 const NEAREST: f64 = 1e-6;
 
-/// Coefficient of friction up to which forces that count as ties (1e-10 of the load) have friction of at most 1e-4 of it. Beyond, a
-/// mode with a normal force just below zero would be driven by its friction.
-const ROUGHEST: f64 = 1e6;
-
 /// Refuses motions that are not supported; the error names the field.
 pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error> {
     reachable(posture.fields().gravity, options)?;
@@ -121,7 +118,7 @@ pub(crate) fn solvable(posture: &Posture, options: &Options) -> Result<(), Error
         in_range(
             format_args!("contacts.{}.friction", i + 1),
             friction,
-            friction <= ROUGHEST,
+            friction <= ROUGHEST_CONTACT,
             "at most 1e6 for motion",
         )?;
     }

@@ -10,9 +10,6 @@
 //!
 //! All signs are certain (intervals); a sign that is not certain decides nothing.
 
-use nalgebra::{Matrix3, RowVector3, Vector3};
-use serde::{Deserialize, Serialize};
-
 use crate::body::Mechanism;
 use crate::body::posture::Posture;
 use crate::math::mass_vector::Coordinates;
@@ -20,6 +17,8 @@ use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{Mode, Word};
 use crate::outcome::ContactNumber;
 use crate::stability::corner::CornerMap;
+use crate::stability::jams::NoMotion;
+use nalgebra::{Matrix3, RowVector3, Vector3};
 
 /// Sliding speed of a start without a motion, in units of √(g · size). The square of this number is the gap at that start, in units of the
 /// size. Any smaller value has no motion either.
@@ -68,22 +67,6 @@ impl Standing<'_> {
     }
 }
 
-/// A start from which no motion exists in the local model. At `q` and `qdot` these contacts touch and slide. The start may be as small
-/// as one likes: with `qdot` times any factor 0 < f < 1, and `q` times f², there is no motion either.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct NoMotion {
-    /// The contacts that slide.
-    pub contacts: Vec<ContactNumber>,
-    /// Their directions: R or L.
-    pub slides: Word,
-    /// k = N M⁻¹ (N − σμT)ᵀ of a contact that slides alone: negative. Of a body per unit mass, of a mechanism in 1/kg.
-    pub stiffness: Option<f64>,
-    /// (x, y, θ) of a body in m, m, rad; all coordinates of a mechanism.
-    pub q: Vec<f64>,
-    /// q̇.
-    pub qdot: Vec<f64>,
-}
-
 /// The first of these starts: contact 1 slides to the right, to the left, contact 2 likewise, both slide.
 pub(super) fn no_motion(map: &CornerMap, standing: Standing<'_>) -> Option<NoMotion> {
     let local = map.local();
@@ -128,5 +111,6 @@ pub(super) fn start(
         stiffness,
         q: (0..qdot.len()).map(lift).collect::<Vec<f64>>().unsigned_zero(),
         qdot,
+        jams: Vec::new(),
     })
 }

@@ -35,7 +35,8 @@ use crate::options::{Impact, Jams};
 use crate::outcome::ContactNumber;
 use crate::stability::certify::WhyUndecided;
 use crate::stability::conditions::with_contacts;
-use crate::stability::existence::{self, NoMotion, Standing};
+use crate::stability::existence::{self, Standing};
+use crate::stability::jams::NoMotion;
 use crate::stability::local::{Local, Row, length};
 use crate::stability::{
     Argument, Details, Evidence, Finding, Stability, StabilityOptions, Verdict, judge,

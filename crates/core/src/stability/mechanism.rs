@@ -5,25 +5,21 @@
 //!
 //! With more coordinates (joints with torques) both contacts may slide in any directions, and one may slide while the other one is fixed. That the
 //! contacts nevertheless come to rest is proved by `joints.rs`. Three things make a posture unstable: the load is not held; a contact mode that moves is consistent
-//! at rest; or no motion exists after some small kicks. For two contacts that both slide in the directions σ_i, which are free here, no motion
-//! exists if all of these fail, with A_ij = N_iM⁻¹(N_j − σ_jμ_jT_j)ᵀ: both slide (A⁻¹g ≥ 0); i slides and j lifts (g_i/A_ii ≥ 0 and
-//! A_ji g_i/A_ii > g_j); both lift (g < 0).
+//! at rest; or no motion exists after some small kicks, see `jams.rs`.
 
 use crate::body::Mechanism;
 use crate::body::fields::ContactRows;
 use crate::body::rigid::RigidBody;
 use crate::error::{Error, dissipative};
-use crate::math::interval::Interval;
 use crate::math::mass_vector::{Coordinates, MassVector};
-use crate::math::real::Enclosed;
 use crate::math::simplex::maximise;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::{MechanismProblem, Method, Mode, ModeAnswer, Word, contact_modes};
+use crate::modes::{MechanismProblem, Method, Mode, ModeAnswer, contact_modes};
 use crate::options::Jams;
-use crate::outcome::ContactNumber;
 use crate::stability::conditions::{self, Equilibrium, Pair};
 use crate::stability::corner::CornerMap;
-use crate::stability::existence::{NoMotion, Standing};
+use crate::stability::existence::Standing;
+use crate::stability::jams::{mechanism_jams, no_motion};
 use crate::stability::joints;
 use crate::stability::local::Local;
 use crate::stability::static_forces::{StaticForces, extremes, friction_margin, spare_friction};
@@ -31,12 +27,6 @@ use crate::stability::{
     Argument, Details, Evidence, Finding, LOSES, NoBound, Stability, StabilityOptions, Verdict,
     WhyUndecided, holding_pairs, judge, undecided,
 };
-use crate::verified::rows::{EnclosedRows, dot};
-
-type I = Interval;
-
-/// Speed of a start without a motion, in m/s; the square of this number is the gap there, in m. Any smaller value has no motion either.
-const SMALL: f64 = 1.0 / 1024.0;
 
 /// The verdict on a mechanism in its posture q = 0, in which all contacts touch.
 ///
@@ -64,6 +54,15 @@ pub fn mechanism_stability(
         verdict.free_motion += count;
         return Ok(verdict);
     }
+    let mut verdict = judge_mechanism(mechanism, options)?;
+    if let Some(Evidence::NoMotion(start)) = &mut verdict.evidence {
+        start.jams = mechanism_jams(mechanism, options.width);
+    }
+    Ok(verdict)
+}
+
+/// The verdict on a mechanism without spectators.
+fn judge_mechanism(mechanism: &Mechanism, options: StabilityOptions) -> Result<Verdict, Error> {
     if let Some(body) = RigidBody::of(mechanism) {
         let mut verdict = judge(&body.posture, options, Details::ALL)?;
         verdict.safe_speed = None;
@@ -174,7 +173,7 @@ impl Verdict {
         let found = conditions::of_words(&pair, self.equilibrium.holds, &self.modes);
         let local = Local::of_mechanism(mechanism, self.width);
         let holds = self.holds(local.as_ref(), self.equilibrium.margin);
-        let map = local.filter(|_| holds == Ok(true)).map(|l| CornerMap::of(l, self.jams));
+        let map = local.filter(|_| holds == Ok(true)).map(|l| CornerMap::of(l, self.after_jam));
         let standing = Standing::Mechanism(mechanism);
         let decided = self.judge_pair(found, map.as_ref(), holds, standing, || None);
         self.take_pair(decided, found, map.as_ref(), true);
@@ -194,7 +193,7 @@ impl Verdict {
         {
             let word = Evidence::Word(answer.word);
             Finding::Decided(Stability::Unstable, Argument::AcceleratingMode, word)
-        } else if self.jams == Jams::None
+        } else if self.after_jam == Jams::None
             && let Some(start) = no_motion(mechanism, self.width)
         {
             let evidence = Evidence::NoMotion(start);
@@ -330,108 +329,6 @@ pub fn mechanism_friction_margin(mechanism: &Mechanism) -> f64 {
     spare_friction(|factor| {
         let edges = unit_edges(mechanism, factor);
         maximise(&balance(mechanism, &edges), &vec![0.0; edges.len()]).is_some()
-    })
-}
-
-/// A start from which no motion exists, for any number of coordinates: one contact that slides jams while all others are in the air, or both of
-/// two contacts.
-fn no_motion(mechanism: &Mechanism, width: f64) -> Option<NoMotion> {
-    let rows = EnclosedRows::<I>::of(mechanism)?.widened(width);
-    let count = mechanism.contacts().len();
-    let friction = |i: usize| {
-        let friction = mechanism.contacts()[i].friction;
-        I::from(friction).widened(width * friction)
-    };
-    // N_i M⁻¹ (N_j − σ_j μ_j T_j)ᵀ
-    let stiffness = |i: usize, j: usize, side: f64| {
-        let n = &rows.normals[i];
-        dot(n, &rows.normals[j]) - friction(j).times(side) * dot(n, &rows.tangents[j])
-    };
-    for i in 0..count {
-        for side in [1.0, -1.0] {
-            let k = stiffness(i, i, side);
-            if k.is_negative() && rows.gravity(i).is_positive() {
-                let space = mechanism.contact_space();
-                let k = space.normal(i, i)
-                    - side * mechanism.contacts()[i].friction * space.w()[(2 * i + 1, 2 * i)];
-                if let Some(found) = start(mechanism, &[(i, side)], Some(k)) {
-                    return Some(found);
-                }
-            }
-        }
-    }
-    if count != 2 || mechanism.contact_space().rank() < 4 {
-        return None;
-    }
-    let g = [0, 1].map(|i| rows.gravity(i));
-    if !g.iter().any(|g| g.is_positive()) {
-        return None;
-    }
-    for sides in [[1.0, 1.0], [1.0, -1.0], [-1.0, 1.0], [-1.0, -1.0]] {
-        let a = |i: usize, j: usize| stiffness(i, j, sides[j]);
-        let det = a(0, 0) * a(1, 1) - a(0, 1) * a(1, 0);
-        let force = [g[0] * a(1, 1) - g[1] * a(0, 1), g[1] * a(0, 0) - g[0] * a(1, 0)];
-        let stays = match det.sign() {
-            Some(1) => force.iter().any(|f| f.is_negative()),
-            Some(-1) => force.iter().any(|f| f.is_positive()),
-            _ => false,
-        };
-        // Contact i cannot slide alone: its force g_i/A_ii is negative, or the other one does not lift, A_ji g_i/A_ii < g_j.
-        let lifts_not = |i: usize| {
-            let lift = a(1 - i, i) * g[i] - g[1 - i] * a(i, i);
-            match a(i, i).sign() {
-                Some(1) => g[i].is_negative() || lift.is_negative(),
-                Some(-1) => g[i].is_positive() || lift.is_positive(),
-                _ => false,
-            }
-        };
-        if stays && lifts_not(0) && lifts_not(1) {
-            let found = start(mechanism, &[(0, sides[0]), (1, sides[1])], None);
-            if found.is_some() {
-                return found;
-            }
-        }
-    }
-    None
-}
-
-/// A start at which these contacts slide in these directions on their ground, and all others are above theirs; `None` if the others cannot be.
-fn start(
-    mechanism: &Mechanism,
-    slides: &[(usize, f64)],
-    stiffness: Option<f64>,
-) -> Option<NoMotion> {
-    let space = mechanism.contact_space();
-    let on = |i: usize| slides.iter().find(|(k, _)| *k == i);
-    let count = mechanism.contacts().len();
-    // N_i q = 0 of those that slide, N_j q ≥ 1 of the others, with q as the difference of two vectors, and the rest of N_j q as a slack.
-    let apart: Vec<(Vec<f64>, f64)> = (0..count)
-        .map(|i| {
-            let row = || space.normal_row(i).iter();
-            let mut all: Vec<f64> = row().chain(row().map(|part| -part)).collect();
-            all.extend((0..count).map(|j| if j == i && on(i).is_none() { -1.0 } else { 0.0 }));
-            (all, f64::from(u8::from(on(i).is_none())))
-        })
-        .collect();
-    let found = maximise(&apart, &vec![0.0; apart[0].0.len()])?;
-    let r = space.normal_row(0).len();
-    let placed = (0..r).map(|k| SMALL * SMALL * (found[k] - found[r + k]));
-    let placed = mechanism.coordinates(&Coordinates::from_iter(placed));
-    let (mut rows, mut speeds) = (Vec::new(), Vec::new());
-    for (i, side) in slides {
-        rows.extend([space.normal_row(*i), space.tangent(*i)]);
-        speeds.extend([0.0, side * SMALL]);
-    }
-    let moved = mechanism.coordinates(&crate::math::mass_vector::with_products(&rows, &speeds)?);
-    let mode = |way: f64| if way > 0.0 { Mode::Right } else { Mode::Left };
-    let letters = slides.iter().enumerate();
-    Some(NoMotion {
-        contacts: slides.iter().map(|(i, _)| ContactNumber::of(*i)).collect(),
-        slides: letters
-            .fold(Word::separate(slides.len()), |word, (k, (_, way))| word.with(k, mode(*way))),
-        stiffness,
-        q: placed,
-        qdot: moved,
     })
 }
 

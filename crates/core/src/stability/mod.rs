@@ -25,6 +25,7 @@ mod corner;
 mod existence;
 mod fate;
 mod feet;
+mod jams;
 mod joints;
 mod local;
 mod mechanism;
@@ -41,9 +42,9 @@ pub use clattering::{
     coupling, neimark_sacker, self_similar,
 };
 pub use conditions::{Conditions, Equilibrium, conditions, with_contacts};
-pub use existence::NoMotion;
 pub use fate::{Fate, FateKind};
 pub use feet::{PairVerdict, Ray, Well};
+pub use jams::{Jam, NoMotion, jams, mechanism_jams};
 pub use local::FlightsEnd;
 pub use mechanism::{
     mechanism_forces, mechanism_friction_margin, mechanism_pairs, mechanism_stability,
@@ -381,7 +382,7 @@ pub struct Verdict {
     pub frictional_stability: Stability,
     /// What happens where a contact jams.
     #[serde(default)]
-    pub jams: Jams,
+    pub after_jam: Jams,
     /// See [`StabilityOptions::width`].
     #[serde(default)]
     pub width: f64,
@@ -527,6 +528,11 @@ pub(crate) fn judge(
         let places = touching.as_ref().map_or(&all, |(_, places)| places);
         verdict.safe_speed = barrier::safe_speed(posture, standing, places, options.width);
     }
+    if let Some(Evidence::NoMotion(start)) = &mut verdict.evidence
+        && details.delicate
+    {
+        start.jams = jams(standing, options.width)?;
+    }
     if let Some((_, places)) = &touching {
         verdict.renumber(places);
     }
@@ -628,7 +634,7 @@ impl Verdict {
             safe_speed: None,
             free_motion: 0,
             laws: vec![Impact::Newton],
-            jams: options.jams,
+            after_jam: options.jams,
             width: options.width,
             frictional_stability: Stability::Undecided,
             by: None,
@@ -708,7 +714,7 @@ impl Verdict {
     }
 
     fn options(&self) -> StabilityOptions {
-        StabilityOptions { jams: self.jams, width: self.width }
+        StabilityOptions { jams: self.after_jam, width: self.width }
     }
 
     /// The margin beyond which a closed form is certain for all scenes within the width.
@@ -786,7 +792,7 @@ impl Verdict {
         let found = conditions::of_words(&Pair::of(posture)?, equilibrium, &self.modes);
         let local = Local::new(posture, self.width).map(|local| local.carrying(between));
         let holds = self.holds(local.as_ref(), self.equilibrium.margin / posture.size());
-        let map = local.filter(|_| holds == Ok(true)).map(|l| CornerMap::of(l, self.jams));
+        let map = local.filter(|_| holds == Ok(true)).map(|l| CornerMap::of(l, self.after_jam));
         let neutral = || feet::neutral(posture, self.options());
         let standing = Standing::Body(posture);
         let decided = self.judge_pair(found, map.as_ref(), holds, standing, neutral);
@@ -882,7 +888,7 @@ impl Verdict {
         }
         let Some(map) = map else { return Finding::Undecided(None) };
         let lacks =
-            if self.jams == Jams::None { existence::no_motion(map, standing) } else { None };
+            if self.after_jam == Jams::None { existence::no_motion(map, standing) } else { None };
         let open = |left| match lacks.clone() {
             Some(start) => {
                 Finding::Decided(unstable, Argument::NoSolution, Evidence::NoMotion(start))
@@ -959,7 +965,10 @@ impl Evidence {
             Self::Cycle(cycle) => cycle.iter_mut().for_each(|corner| rename(&mut corner.contact)),
             Self::Trap(ranges) => ranges.iter_mut().for_each(|range| rename(&mut range.contact)),
             Self::Away(corner) => rename(&mut corner.contact),
-            Self::NoMotion(start) => start.contacts.iter_mut().for_each(rename),
+            Self::NoMotion(start) => {
+                start.contacts.iter_mut().for_each(rename);
+                start.jams.iter_mut().flat_map(|jam| &mut jam.contacts).for_each(rename);
+            }
             Self::Left { left, .. } => left.iter_mut().for_each(|(contact, _)| rename(contact)),
             Self::Well { rays, .. } => of_rays(rays),
             Self::DescendingPairs { rays, pairs } => {
