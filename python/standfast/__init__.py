@@ -81,13 +81,13 @@ from standfast.maps import plot_map, sweep
 from standfast.records import read_record
 
 if TYPE_CHECKING:
-    from standfast import certificate
+    from standfast import certificate, robots
 
 
 def __getattr__(name: str) -> Any:
-    """The module of certificates, which is a quarter of the time of `import standfast`, is imported when it is first used."""
-    if name == "certificate":
-        return import_module("standfast.certificate")
+    """Modules that are imported when they are first used: that of certificates is a quarter of the time of `import standfast`."""
+    if name in ("certificate", "robots"):
+        return import_module(f"standfast.{name}")
     raise AttributeError(f"module 'standfast' has no attribute {name!r}")
 
 
@@ -145,6 +145,7 @@ __all__ = [
     "neimark_sacker",
     "plot_map",
     "read_record",
+    "robots",
     "robustness",
     "schema",
     "self_similar",
