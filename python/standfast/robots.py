@@ -1183,9 +1183,6 @@ def _mechanism(
     fixed, free = view.locked(locked)
     points = [point for foot in touching for point in foot.points]
     terms = library.terms(model, data, values, points, axes)
-    off = terms.off[free]
-    if off.size and off.max() > AXIS:
-        _out_of_plane(view, free[int(off.argmax())], plane)
     S = view.S
     if view.base_dof:
         block = terms.base
@@ -1197,6 +1194,9 @@ def _mechanism(
             raise _unusable("plane", repr(plane), f"the plane in which the base {library.base_name!r} moves")  # fmt: skip
         S = S.copy()
         S[: library.base_nv, :3] = _base_block(block, axes)
+    off = terms.off[free]
+    if off.size and off.max() > AXIS:
+        _out_of_plane(view, free[int(off.argmax())], plane)
     M = S.T @ terms.M @ S
     load = -(terms.h @ S)
     rotors = None
