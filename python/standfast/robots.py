@@ -397,10 +397,13 @@ class _Mujoco(_Library):
         self.base, self.base_joints, self.base_nq, self.base_nv = "pinned", 0, 0, 0
         if kinds[0] == free:
             self.base, self.base_joints, self.base_nq, self.base_nv = "free", 1, 7, 6
-        elif model.njnt >= 3 and sorted(kinds[:3]) == [slide, slide, hinge]:
-            if _is_planar(self._screws(data, kinds, 3).T) and self._light(model):
-                self.base, self.base_joints = "planar", 3
-                self.base_nq, self.base_nv = 3, 3
+        elif (
+            sorted(kinds[:3]) == [slide, slide, hinge]
+            and _is_planar(self._screws(data, kinds, 3).T)
+            and self._light(model)
+        ):
+            self.base, self.base_joints = "planar", 3
+            self.base_nq, self.base_nv = 3, 3
         self.base_body = int(model.jnt_bodyid[max(self.base_joints - 1, 0)])
         self.base_name = names[max(self.base_joints - 1, 0)]
         first = self.base_joints

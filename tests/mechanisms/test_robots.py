@@ -134,11 +134,11 @@ def same(found, expected, close=CLOSE):
         *(
             relative(f.normal, e.normal)
             for f, e in zip(found.contacts, expected.contacts, strict=True)
-        ),  # fmt: skip
+        ),
         *(
             relative(f.tangential, e.tangential)
             for f, e in zip(found.contacts, expected.contacts, strict=True)
-        ),  # fmt: skip
+        ),
     ]
     assert max(errors) < close, errors
     assert found.locked == expected.locked
@@ -162,7 +162,7 @@ def test_solo_is_the_robot_made_by_hand(base):
     rng = np.random.default_rng(20_261_128)
     seen = set()
     for _ in range(40):
-        x, z, pitch = rng.uniform((-0.05, 0.2, -0.05), (0.05, 0.3, 0.05))
+        x, z, pitch = rng.uniform((-0.02, 0.25, -0.02), (0.02, 0.312, 0.02))
         angles, slopes = stance(x, z, pitch), rng.uniform(-0.1, 0.1, 2)
         locked, armature = bool(rng.integers(2)), rng.choice([0.0, 0.01])
         expected = hand.mechanism(
@@ -187,7 +187,7 @@ def test_solo_is_the_robot_made_by_hand(base):
                     armature,
                     held=False,
                 ).load
-            )[3:],  # fmt: skip
+            )[3:],
             armature=armature,
         )
         same(found, expected)
@@ -393,12 +393,12 @@ def test_a_quadruped_of_mujoco_is_that_of_pinocchio(feet):
         place = (*rng.uniform(-1, 1, 2), rng.uniform(-0.3, 0.3))
         data.qpos = other.q(*place, joints)
         data.qvel = moving = rng.normal(size=model.nv)
-        options = dict(
-            ground={"FL_foot": (0.1, 0.5), "RR_foot": (-0.1, 0.7)},
-            locked=locked,
-            restitution=0.1,
-            armature=0.01,
-        )
+        options = {
+            "ground": {"FL_foot": (0.1, 0.5), "RR_foot": (-0.1, 0.7)},
+            "locked": locked,
+            "restitution": 0.1,
+            "armature": 0.01,
+        }
         found = sf.robots.from_mujoco(other, data, ["FR_foot", "RL_foot"], **options)
         assert (data.qvel == moving).all()
         expected = sf.robots.from_pinocchio(robot, robot.data, robot.q(*place, joints), ["FR_foot", "RL_foot"], **options)  # fmt: skip
@@ -509,7 +509,7 @@ def test_locked_joints_leave_the_rigid_body():
 
 def solo(**change):
     robot = sf.robots.sagittal(in_space("solo.urdf"))
-    options = dict(q=robot.q(0, 0.25, 0, stance(0, 0.25)), feet=["FL_FOOT", "HL_FOOT"], friction=0.8)  # fmt: skip
+    options = {"q": robot.q(0, 0.25, 0, stance(0, 0.25)), "feet": ["FL_FOOT", "HL_FOOT"], "friction": 0.8}  # fmt: skip
     options |= {key: value for key, value in change.items() if key != "data"}
     return sf.robots.from_pinocchio(robot, change.get("data", robot.data), **options)
 
@@ -544,7 +544,7 @@ def heavier(model):
 
 def shifted_center(model):
     inertia = model.inertias[model.getJointId("FL_KFE")]
-    inertia.lever = inertia.lever + [0.02, 0, 0]
+    inertia.lever = np.add(inertia.lever, [0.02, 0, 0])
 
 
 def rounder(model):
@@ -558,7 +558,7 @@ def trunk_beside(model):
 
 def moved_joint(model):
     place = model.jointPlacements[model.getJointId("FL_KFE")]
-    place.translation = place.translation + [0, 0, 0.01]
+    place.translation = np.add(place.translation, [0, 0, 0.01])
 
 
 def pinned_foot():
