@@ -41,29 +41,22 @@ UNIT = 1e-5
 #: Share by which left and right masses may differ; places of centres of mass by this share of the size of the robot, and inertias by this share
 #: of mass times the square of this size. The trunk of the quadruped A1 has its centre 1.4 % of its size beside the middle.
 MIRROR = 0.03
-#: Masses (kg) and moments below which a body counts as none.
+#: A larger angle (rad) is one in degrees.
+TURN = 2 * math.pi
+#: Masses (kg) below which a body counts as none.
 MASSLESS = 1e-9
 #: Share of gravity that may be across the plane: rounding.
 ACROSS = 1e-9
 
 
-@dataclass(frozen=True)
 class _Plane:
     """Indices of x, of the height and of the axis across; +1 where counterclockwise is a positive rotation about it."""
 
-    along: int
-    height: int
-    across: int
-    sign: float
-
-    @property
-    def rows(self) -> list[int]:
-        """Of a velocity (linear, angular), those in the plane."""
-        return [self.along, self.height, 3 + self.across]
-
-    @property
-    def out(self) -> list[int]:
-        return [self.across, 3 + self.along, 3 + self.height]
+    def __init__(self, along: int, height: int, across: int, sign: float) -> None:
+        self.along, self.height, self.across, self.sign = along, height, across, sign
+        #: Of a velocity (linear, angular), those in the plane, and those that leave it.
+        self.rows = np.array([along, height, 3 + across])
+        self.out = np.array([across, 3 + along, 3 + height])
 
 
 _PLANES = {"xz": _Plane(0, 2, 1, -1.0), "xy": _Plane(0, 1, 2, 1.0)}
@@ -91,13 +84,12 @@ class _Bodies:
 
 @dataclass
 class _Terms:
-    """M, h, velocity of the base (6, …) and of each point (3, nv) for its coordinates, and how far each joint is from moving in the plane."""
+    """M, h, velocity of the base (6, …) and of each point (3, nv) for its coordinates."""
 
     M: _Floats
     h: _Floats
     base: _Floats
     points: list[_Floats]
-    off: _Floats
 
 
 class _Library:
@@ -124,7 +116,7 @@ class _Library:
     quaternion: slice | None
     #: First entries of (cos, sin) in q, and entries that are angles, with the names of their joints.
     units: list[int]
-    angles: _Ints
+    angles: list[int]
     angle_names: list[str]
 
     def joint_values(self, q: _Floats) -> _Floats:
@@ -142,35 +134,34 @@ class _Library:
                 f"array of shape {list(values.shape)}",
                 f"{self.nq} numbers, the nq of the model",
             )
-        if not np.isfinite(values).all():
-            k = int(np.flatnonzero(~np.isfinite(values))[0])
-            raise _unusable(f"{name}[{k}]", values[k], "finite numbers")
+        # Lists: a map has ten thousand postures, and numpy takes a microsecond for each of its calls.
+        numbers = values.tolist()
+        if not math.isfinite(sum(numbers)):
+            for k, number in enumerate(numbers):
+                if not math.isfinite(number):
+                    raise _unusable(f"{name}[{k}]", number, "finite numbers")
         if self.quaternion is not None:
-            length = math.hypot(*values[self.quaternion])
-            if abs(length - 1) > UNIT:
-                place = f"{name}[{self.quaternion.start}:{self.quaternion.stop}]"
-                raise _unusable(
-                    place,
-                    values[self.quaternion].tolist(),
-                    f"a quaternion of length 1; it has the length {length:.6g}",
-                )
+            self._check_length(numbers, self.quaternion, name, "a quaternion")
         for start in self.units:
-            length = math.hypot(*values[start : start + 2])
-            if abs(length - 1) > UNIT:
+            place = slice(start, start + 2)
+            self._check_length(numbers, place, name, "the cosine and sine of an angle")
+        for k, joint in zip(self.angles, self.angle_names, strict=True):
+            if abs(numbers[k]) > TURN:
                 raise _unusable(
-                    f"{name}[{start}:{start + 2}]",
-                    values[start : start + 2].tolist(),
-                    f"the cosine and the sine of an angle; their length is {length:.6g}",
+                    f"{name}[{k}]",
+                    numbers[k],
+                    f"an angle of at most 2π; joint {joint!r} in degrees? Angles are in rad",
                 )
-        turned = np.abs(values[self.angles])
-        if turned.size and turned.max() > 2 * math.pi:
-            k = int(turned.argmax())
-            raise _unusable(
-                f"{name}[{self.angles[k]}]",
-                values[self.angles[k]],
-                f"an angle of at most 2π; joint {self.angle_names[k]!r} in degrees? Angles are in rad",
-            )
         return values
+
+    def _check_length(self, numbers: list[float], place: slice, name: str, what: str) -> None:  # fmt: skip
+        length = math.hypot(*numbers[place])
+        if not abs(length - 1) <= UNIT:
+            raise _unusable(
+                f"{name}[{place.start}:{place.stop}]",
+                numbers[place],
+                f"{what}, of length 1; its length is {length:.6g}",
+            )
 
     # What the libraries compute: of a model, its data and a posture.
     def check_data(self, model: Any, data: Any) -> None:
@@ -183,6 +174,10 @@ class _Library:
         raise NotImplementedError
 
     def terms(self, model: Any, data: Any, q: _Floats, points: Sequence[Any], plane: _Plane) -> _Terms:  # fmt: skip
+        raise NotImplementedError
+
+    def off(self, data: Any, free: _Ints, plane: _Plane) -> _Floats:
+        """How far these joints are from moving in the plane, after `terms`: numbers (…, joints) that are 0 if they do."""
         raise NotImplementedError
 
     def point(self, model: Any, name: str) -> Any:
@@ -219,6 +214,7 @@ class _Pinocchio(_Library):
         kinds = [joint.shortname() for joint in model.joints]
         names, parents = list(model.names), [int(parent) for parent in model.parents]
         data = model.createData()
+        self.no_base = np.zeros((6, 0))
         self.q0 = np.array(pinocchio.neutral(model))
         pinocchio.computeJointJacobians(model, data, self.q0)
         self._find_base(model, kinds, parents, np.array(data.J))
@@ -251,11 +247,10 @@ class _Pinocchio(_Library):
         angles = [
             k for k, joint in enumerate(joints) if joint.nq == 1 and turns[joint.idx_v]
         ]
-        self.angles = self.iq[angles]
+        self.angles = [int(self.iq[k]) for k in angles]
         self.angle_names = [self.names[k] for k in angles]
         if self.base == "planar" and self.base_nq == 3:
-            pitches = np.flatnonzero(turns[:3])
-            self.angles = np.concatenate([pitches, self.angles])
+            self.angles = [*np.flatnonzero(turns[:3]).tolist(), *self.angles]
             self.angle_names = [self.base_name, *self.angle_names]
         elif self.base == "planar":
             self.units = [2, *self.units]
@@ -302,12 +297,15 @@ class _Pinocchio(_Library):
         pin.computeJointJacobians(model, data, q)
         get = pin.getFrameJacobian
         feet = [get(model, data, point, frame)[:3] for point in points]
-        off = np.abs(data.J[plane.out]).max(axis=0, initial=0.0)
-        base = np.zeros((6, 0))
+        base = self.no_base
         if self.base_nv:
             base = pin.getJointJacobian(model, data, self.base_joint, frame)
             base = base[:, : self.base_nv]
-        return _Terms(M, h, base, feet, off[self.iv])
+        return _Terms(M, h, base, feet)
+
+    def off(self, data: Any, free: _Ints, plane: _Plane) -> _Floats:
+        found: _Floats = data.J[plane.out[:, None], self.iv[free]]
+        return found
 
     def point(self, model: Any, name: str) -> int:
         index = int(model.getFrameId(name))
@@ -430,7 +428,7 @@ class _Mujoco(_Library):
         self.reference = self.q0[self.iq]
         self.quaternion = slice(3, 7) if self.base == "free" else None
         angles = [k for k in range(model.njnt) if kinds[k] == hinge]
-        self.angles = np.array(model.jnt_qposadr[angles], dtype=np.intp)
+        self.angles = [int(model.jnt_qposadr[k]) for k in angles]
         self.angle_names = [names[k] for k in angles]
 
     def _screws(self, data: Any, kinds: list[int], count: int) -> _Floats:
@@ -491,11 +489,12 @@ class _Mujoco(_Library):
         base = np.zeros((6, nv))
         if self.base_nv:
             mj.mj_jacBody(model, data, base[:3], base[3:], self.base_body)
-        axes = np.abs(data.xaxis[self.base_joints :])
-        across = axes[:, plane.across]
-        within = np.maximum(axes[:, plane.along], axes[:, plane.height])
-        off = np.where(self.hinges, within, across)
-        return _Terms(M, h, base[:, : self.base_nv], feet, off)
+        return _Terms(M, h, base[:, : self.base_nv], feet)
+
+    def off(self, data: Any, free: _Ints, plane: _Plane) -> _Floats:
+        axes = data.xaxis[self.base_joints + free].T
+        in_plane = axes[[plane.along, plane.height]]
+        return np.where(self.hinges[free], in_plane, axes[[plane.across]])
 
     def _full(self, model: Any, data: Any, M: _Floats) -> None:
         """`mj_fullM`, whose arguments changed with MuJoCo 4."""
@@ -633,11 +632,24 @@ class _View:
         self.counts = np.ones(len(self.joints))
         self.moving = np.arange(len(library.names))
         self.coordinate = np.arange(len(library.names))
+        self.last_base = b"", self.S
         self.feet_found: dict[Any, list[_Touching]] = {}
         self.locked_found: dict[Any, tuple[list[int], _Ints]] = {}
 
     def check_posture(self, q: _Floats, name: str) -> None:
         """That q is a posture of this view."""
+
+    def columns(self, base: _Floats, plane: _Plane) -> _Floats:
+        """S with this Jacobian of the base. That of a base of PX, PZ and RY never changes."""
+        if not self.base_dof:
+            return self.S
+        key = base.tobytes()
+        last, columns = self.last_base
+        if key != last:
+            columns = self.S.copy()
+            columns[: self.library.base_nv, :3] = _base_block(base, plane)
+            self.last_base = key, columns
+        return columns
 
     def locked(self, locked: str | Iterable[str]) -> tuple[list[int], _Ints]:
         """Locked coordinates of the mechanism, and the joints of the library that still move."""
@@ -743,7 +755,6 @@ class Sagittal(_View):
             name: (library.names[partner], sign)
             for name, partner, sign in zip(library.names, partners, signs, strict=True)
         }
-        self._left, self._right = [], []
         self._partners, self._signs = partners, np.array(signs)
         self._gather()
         self._start = self._base_line() if library.base == "planar" else None
@@ -753,21 +764,26 @@ class Sagittal(_View):
         library, bodies = self.library, self._bodies
         names, size = library.names, bodies.size
         chosen, self.known, pairs = [], {}, []
+        #: Left and right joint, and the factor and the constant that make the angle of the right one.
+        self._mirrors: list[tuple[int, int, float, float]] = []
         for one, other in enumerate(self._partners):
             if other < one:
                 continue
             left, right = one, other
             if bodies.origins[one, 1] + bodies.centers[one, 1] < 0:
                 left, right = other, one
-            self._left.append(left)
-            self._right.append(right)
+            sign = float(self._signs[left])
+            if left != right or sign < 0:
+                zero = library.reference
+                offset = float(zero[right] - sign * zero[left])
+                self._mirrors.append((left, right, sign, offset))
             screw = bodies.screws[left]
             if max(abs(screw[3]), abs(screw[5]), abs(screw[1]) / size) > AXIS:
                 self.fixed[names[left]], self.fixed[names[right]] = names[right], names[left]  # fmt: skip
                 continue
             self.known[names[left]] = len(chosen), 1.0
-            self.known[names[right]] = len(chosen), float(self._signs[left])
-            chosen.append((left, right, self._signs[left]))
+            self.known[names[right]] = len(chosen), sign
+            chosen.append((left, right, sign))
             pairs.append((names[left], names[right]) if left != right else (names[left],))  # fmt: skip
         self.joints = tuple(pair[0] for pair in pairs)
         self.coordinates = ("x", "z", "pitch", *self.joints)
@@ -881,22 +897,21 @@ class Sagittal(_View):
         return self._number_of
 
     def check_posture(self, q: _Floats, name: str) -> None:
-        values = self.library.joint_values(q) - self.library.reference
-        apart = np.abs(values[self._right] - self._signs[self._left] * values[self._left])  # fmt: skip
-        if apart.size and apart.max() > TILT:
-            k = int(apart.argmax())
-            left, right = self._left[k], self._right[k]
-            names = self.library.names
+        values, names = self.library.joint_values(q).tolist(), self.library.names
+        for left, right, sign, offset in self._mirrors:
+            expected = sign * values[left] + offset
+            if abs(values[right] - expected) <= TILT:
+                continue
             if left == right:
                 raise _unusable(
                     f"{name} of joint {names[left]!r}",
                     values[left],
-                    "0: it moves out of the plane of symmetry",
+                    f"{expected / 2}: it moves out of the plane of symmetry",
                 )
             raise _unusable(
                 f"{name} of joints {names[left]!r} and {names[right]!r}",
                 f"{values[left]} and {values[right]}",
-                f"mirror images: {self._signs[left] * values[left]} for {names[right]!r}",
+                f"mirror images: {expected} for {names[right]!r}",
             )
 
     def foot(self, model: Any, name: Foot) -> _Touching:
@@ -1176,32 +1191,33 @@ def _mechanism(
     library.check_data(model, data)
     values = library.check_q(q, q_name)
     view.check_posture(values, q_name)
-    gravity = library.gravity(model)
     held = isinstance(torques, str)
     if held and torques not in ("holding", "middle"):
         raise _unusable("torques", repr(torques), "'holding', 'middle', numbers, or None")  # fmt: skip
-    _check_gravity(gravity, axes, plane, held)
+    _check_gravity(library.gravity(model).tolist(), axes, plane, held)
     touching = view.feet(model, feet)
     surfaces = _surfaces(touching, ground, friction)
     fixed, free = view.locked(locked)
     points = [point for foot in touching for point in foot.points]
     terms = library.terms(model, data, values, points, axes)
-    S = view.S
-    if view.base_dof:
-        block = terms.base
-        if library.base == "free":
-            tilt = np.abs(block[[3 + axes.along, 3 + axes.height], 3 + axes.across])
-            if tilt.max() > TILT:
-                _tilted(block[3:, 3:], q_name)
-        elif np.abs(block[axes.out]).max() > AXIS:
-            raise _unusable("plane", repr(plane), f"the plane in which the base {library.base_name!r} moves")  # fmt: skip
-        S = S.copy()
-        S[: library.base_nv, :3] = _base_block(block, axes)
-    off = terms.off[free]
-    if off.size and off.max() > AXIS:
-        _out_of_plane(view, free[int(off.argmax())], plane)
-    M = S.T @ terms.M @ S
-    load = -(terms.h @ S)
+    if library.base == "free":
+        tilt = terms.base[3 + axes.along, 4], terms.base[3 + axes.height, 4]
+        if max(map(abs, tilt)) > TILT:
+            _tilted(terms.base[3:, 3:], q_name)
+    elif view.base_dof and np.abs(terms.base[axes.out]).max() > AXIS:
+        raise _unusable("plane", repr(plane), f"the plane in which the base {library.base_name!r} moves")  # fmt: skip
+    off = library.off(data, free, axes)
+    # The sum of all squares, which is quick, is rarely larger than that of the largest.
+    if (flat := off.ravel()) @ flat > AXIS**2 and np.abs(off).max() > AXIS:
+        worst = int(np.abs(off).max(axis=0).argmax())
+        _out_of_plane(view, int(free[worst]), plane)
+    S = view.columns(terms.base, axes)
+    # One product for all: M, h and the Jacobians of the points.
+    nv, dof = S.shape
+    product = np.concatenate([terms.M, terms.h[None], *terms.points]).dot(S)
+    M = S.T.dot(product[:nv])
+    load = -product[nv]
+    velocities = product[nv + 1 :].reshape(-1, 3, dof)
     rotors = None
     if armature is not None:
         rotors = _armature(view, armature)
@@ -1214,11 +1230,12 @@ def _mechanism(
     rows = []
     start = 0
     for foot, (slope, mu) in zip(touching, surfaces, strict=True):
-        J = terms.points[start]
-        if len(foot.points) == 2:
-            J = 0.5 * (J + terms.points[start + 1])
-        start += len(foot.points)
-        along, up = J[[axes.along, axes.height]] @ S
+        count = len(foot.points)
+        J = velocities[start]
+        if count == 2:
+            J = 0.5 * (J + velocities[start + 1])
+        start += count
+        along, up = J[axes.along], J[axes.height]
         if slope:
             c, s = math.cos(slope), math.sin(slope)
             along, up = c * along + s * up, c * up - s * along
@@ -1253,16 +1270,19 @@ def _base_block(base: _Floats, plane: _Plane) -> _Floats:
     """Velocities of the base for those of (x, z, pitch), from its Jacobian in axes of the world."""
     if base.shape[1] == 6:
         # Axes of the base, at its origin: orthogonal.
-        return base[plane.rows].T * [1, 1, plane.sign]
-    return np.linalg.inv(base[plane.rows]) * [1, 1, plane.sign]
+        block: _Floats = base[plane.rows].T.copy()
+    else:
+        block = np.linalg.inv(base[plane.rows])
+    block[:, 2] *= plane.sign
+    return block
 
 
-def _check_gravity(gravity: _Floats, axes: _Plane, plane: str, held: bool) -> None:
+def _check_gravity(gravity: list[float], axes: _Plane, plane: str, held: bool) -> None:
     size = math.hypot(*gravity)
     if abs(gravity[axes.across]) > ACROSS * size or (size and gravity[axes.height] >= 0):  # fmt: skip
-        raise _unusable("gravity of the model", gravity.tolist(), f"downwards in the plane {plane!r}: {'z' if plane == 'xz' else 'y'} below 0, and none across")  # fmt: skip
+        raise _unusable("gravity of the model", gravity, f"downwards in the plane {plane!r}: {'z' if plane == 'xz' else 'y'} below 0, and none across")  # fmt: skip
     if held and not size:
-        raise _unusable("gravity of the model", gravity.tolist(), "a gravity against which torques can hold the robot")  # fmt: skip
+        raise _unusable("gravity of the model", gravity, "a gravity against which torques can hold the robot")  # fmt: skip
 
 
 def _tilted(R: _Floats, name: str) -> None:
