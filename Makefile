@@ -216,11 +216,13 @@ maps: wheel
 	$(BIN)/python examples/third_figure.py
 	$(BIN)/python examples/shape_chaos.py
 
-# Robots from URDF files through Pinocchio: the picture of the page of mechanisms, and the chains beside it.
+# Robots from URDF files through Pinocchio: the pictures of their page, chains beside them, and MuJoCo beside Pinocchio.
 robot: EXTRA := test,robots
 robot: wheel
+	$(PIP) install --no-compile "mujoco==4.0.0"
 	$(BIN)/python examples/robot.py docs/robot.png
-	$(BIN)/python -m pytest -q tests/mechanisms/test_robot.py
+	$(BIN)/python examples/footholds.py docs/footholds.png
+	$(BIN)/python -m pytest -q tests/mechanisms/test_robot.py tests/mechanisms/test_robots.py
 
 # Seconds for a map of a million postures: one thread, all cores, and a Dask cluster of this machine.
 sweeps: EXTRA := test

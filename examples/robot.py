@@ -209,12 +209,12 @@ def draw_armatures(axes, robot, q, points):
     picture = np.array([[to_rgb(AREAS[found][0]) for found in row] for row in words])
     axes.pcolormesh(armatures, frictions, picture, shading="nearest")
     axes.axhline(FRICTION, color="black", linewidth=0.8)
-    for armature, *_ in report(of):
+    for k, (armature, *_) in enumerate(report(of)):
         axes.plot(armature, FRICTION, "o", color="white", markeredgecolor="black")
         axes.annotate(
             f"{armature:.3g}",
             (armature, FRICTION),
-            (0, -16),
+            (0, -16 if k % 2 == 0 else 8),
             textcoords="offset points",
             ha="center",
         )
