@@ -164,6 +164,13 @@ class _Library:
             )
 
     # What the libraries compute: of a model, its data and a posture.
+    def new_data(self, model: Any) -> Any:
+        raise NotImplementedError
+
+    def origin(self, data: Any) -> _Floats:
+        """Place of the base, after `terms`."""
+        raise NotImplementedError
+
     def check_data(self, model: Any, data: Any) -> None:
         raise NotImplementedError
 
@@ -274,6 +281,12 @@ class _Pinocchio(_Library):
                 self.base, self.base_joint = "planar", 3
                 self.base_nq, self.base_nv = 3, 3
 
+    def new_data(self, model: Any) -> Any:
+        return model.createData()
+
+    def origin(self, data: Any) -> _Floats:
+        return np.array(data.oMi[self.base_joint].translation)
+
     def check_data(self, model: Any, data: Any) -> None:
         if not isinstance(data, self.pin.Data):
             raise _unusable(
@@ -365,7 +378,7 @@ def _is_planar(columns: _Floats) -> bool:
     axis = columns[3:, turns][:, 0]
     slides = columns[:3, ~turns]
     normal = np.cross(slides[:, 0], slides[:, 1])
-    return abs(np.linalg.norm(normal) * abs(normal @ axis) - 1) < AXIS
+    return bool(abs(np.linalg.norm(normal) * abs(normal @ axis) - 1) < AXIS)
 
 
 class _Mujoco(_Library):
@@ -449,6 +462,12 @@ class _Mujoco(_Library):
         light = sum(float(model.body_mass[body]) for body in inner) < MASSLESS
         return chain and light and model.body_parentid[one] == 0
 
+    def new_data(self, model: Any) -> Any:
+        return self.mj.MjData(model)
+
+    def origin(self, data: Any) -> _Floats:
+        return np.array(data.xpos[self.base_body])
+
     def check_data(self, model: Any, data: Any) -> None:
         if not isinstance(data, self.mj.MjData):
             raise _unusable("data", type(data).__name__, "MjData of the same model")
@@ -494,7 +513,8 @@ class _Mujoco(_Library):
     def off(self, data: Any, free: _Ints, plane: _Plane) -> _Floats:
         axes = data.xaxis[self.base_joints + free].T
         in_plane = axes[[plane.along, plane.height]]
-        return np.where(self.hinges[free], in_plane, axes[[plane.across]])
+        off: _Floats = np.where(self.hinges[free], in_plane, axes[[plane.across]])
+        return off
 
     def _full(self, model: Any, data: Any, M: _Floats) -> None:
         """`mj_fullM`, whose arguments changed with MuJoCo 4."""
@@ -763,7 +783,9 @@ class Sagittal(_View):
     def _gather(self) -> None:
         library, bodies = self.library, self._bodies
         names, size = library.names, bodies.size
-        chosen, self.known, pairs = [], {}, []
+        self.known = {}
+        chosen: list[tuple[int, int, float]] = []
+        pairs: list[tuple[str, ...]] = []
         #: Left and right joint, and the factor and the constant that make the angle of the right one.
         self._mirrors: list[tuple[int, int, float, float]] = []
         for one, other in enumerate(self._partners):
@@ -798,20 +820,14 @@ class Sagittal(_View):
         self.moving = np.array([k for k, _ in moving], dtype=np.intp)
         self.coordinate = np.array([column for _, column in moving], dtype=np.intp)
 
-    def _base_at(self, q: _Floats) -> tuple[_Floats, _Floats]:
-        """(x, z, pitch) rates of the base for each of its coordinates, and x, z of its origin."""
-        model = self.model
-        terms = self.library.terms(model, self.data, q, [], _PLANES["xz"])
-        rates = terms.base[_PLANES["xz"].rows] * [[1], [1], [-1]]
-        place = self._origin()
-        return rates, place[[0, 2]]
-
-    def _origin(self) -> _Floats:
-        library = self.library
-        if isinstance(library, _Pinocchio):
-            return np.array(self.data.oMi[library.base_joint].translation)
-        assert isinstance(library, _Mujoco)
-        return np.array(self.data.xpos[library.base_body])
+    def _base_at(self, q: _Floats) -> tuple[_Floats, list[float]]:
+        """(x, z, pitch) rates of the base for each of its coordinates, and its (x, z, pitch) at q0."""
+        plane = _PLANES["xz"]
+        terms = self.library.terms(self.model, self.data, q, [], plane)
+        rates = terms.base[plane.rows]
+        rates[2] *= plane.sign
+        place = self.library.origin(self.data)
+        return rates, [float(place[0]), float(place[2]), 0.0]
 
     def _base_line(self) -> tuple[_Floats, _Floats]:
         """Of a base of two sliders and a hinge about its origin: base coordinates = A ((x, z, pitch) − those at q0) + q0."""
@@ -832,7 +848,7 @@ class Sagittal(_View):
                 "a base whose hinge is before its sliders, or away from its origin, or not across x and z",
                 "a free flyer, or PX, PZ and RY in the plane of x and z",
             )
-        return np.linalg.inv(rates), np.array([place[0], place[1], 0.0])
+        return np.linalg.inv(rates).astype(float), np.array(place)
 
     def _level_base(self) -> _Floats:
         if self._start is not None:
@@ -843,9 +859,7 @@ class Sagittal(_View):
     def data(self) -> Any:
         """Working memory of the library, for `from_pinocchio` and `from_mujoco`."""
         if self._data is None:
-            library = self.library
-            mujoco = isinstance(library, _Mujoco)
-            self._data = library.mj.MjData(self.model) if mujoco else self.model.createData()  # fmt: skip
+            self._data = self.library.new_data(self.model)
         return self._data
 
     def q(self, x: float = 0.0, z: float = 0.0, pitch: float = 0.0, joints: Mapping[str, float] | npt.ArrayLike = ()) -> _Floats:  # fmt: skip
@@ -1255,14 +1269,14 @@ def _mechanism(
             raise
 
     made = mechanism()
-    joints = [k for k in range(view.base_dof, len(load)) if k not in fixed]
-    if not held or not joints:
+    under = [k for k in range(view.base_dof, dof) if k not in fixed]
+    if not held or not under:
         return made
     choose: Literal["least", "middle"] = "middle" if torques == "middle" else "least"
-    holding = made.holding_torques(joints, choose=choose)
+    holding = made.holding_torques(under, choose=choose)
     if holding is None:
         return made
-    load[joints] += holding.torques
+    load[under] += holding.torques
     return mechanism()
 
 

@@ -7,6 +7,7 @@ Both sides measure the angle of a link from its parent's, standfast counterclock
 import importlib.util
 import math
 import re
+from importlib.metadata import files
 from pathlib import Path
 
 import numpy as np
@@ -278,13 +279,40 @@ def test_the_example_is_drawn(solo, tmp_path, capsys):
     assert "Solo 8, 2.178 kg" in lines
 
 
-def test_the_code_of_the_page_prints_what_it_says(monkeypatch, capsys):
-    page = (ROOT / "docs" / "mechanisms.md").read_text(encoding="utf-8")
-    blocks = re.findall(r"^```py\n(.*?)^```", page, re.MULTILINE | re.DOTALL)
-    (block,) = blocks
+@pytest.mark.parametrize("page", ["mechanisms.md", "robots.md"])
+def test_the_code_of_the_pages_prints_what_it_says(page, solo, monkeypatch, capsys):
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
     monkeypatch.chdir(ROOT)
-    exec(block, {})
-    assert f"# {capsys.readouterr().out}" in block
+    for block in re.findall(r"^```py\n(.*?)^```", text, re.MULTILINE | re.DOTALL):
+        if "import mujoco" in block:
+            pytest.importorskip("mujoco")
+        code = re.sub(r'"(\w+\.urdf)"', lambda name: repr(robot_file(name[1])), block)
+        exec(code, {"math": math, "pin": pin, "sf": sf, "urdf": robot_file("a1.urdf")})
+        lines = capsys.readouterr().out.splitlines()
+        assert lines == re.findall(r"# (<Verdict.*|\[.*)$", block, re.MULTILINE)
+
+
+def robot_file(name):
+    return next(str(f.locate()) for f in files("example-robot-data") if f.name == name)
+
+
+def test_the_map_of_footholds(solo, tmp_path):
+    """The page has the lines of the example that are about the robot."""
+    page = (ROOT / "docs" / "robots.md").read_text(encoding="utf-8")
+    code = (EXAMPLES / "footholds.py").read_text(encoding="utf-8")
+    lines = code.partition("# the robot\n")[2].partition("# the map\n")[0]
+    assert lines in page
+    assert lines.count("\n") <= 15
+    footholds = example("footholds")
+    path = tmp_path / "footholds.png"
+    footholds.main(path, points=16)
+    assert path.stat().st_size > 20_000
+    assert footholds.word(footholds.posture(0.4, 0.18)) == "stable"
+    # The front feet are where the map says.
+    robot = footholds.robot
+    pin.updateFramePlacements(robot.model, robot.data)
+    foot = robot.data.oMf[robot.model.getFrameId("FR_foot")].translation
+    assert foot[[0, 2]] == pytest.approx([0.4, 0.05 * math.sin(8)], abs=1e-12)
 
 
 @pytest.mark.parametrize("order", ["urdf", "branches mixed"])
