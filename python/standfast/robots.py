@@ -66,6 +66,13 @@ def _unusable(name: str, value: object, allowed: str) -> ValueError:
     return ValueError(f"{name} = {value} cannot be used: {allowed}")
 
 
+def _floats(name: str, values: object) -> _Floats:
+    try:
+        return np.asarray(values, dtype=float)
+    except (TypeError, ValueError):
+        raise _unusable(name, repr(values), "numbers") from None
+
+
 @dataclass
 class _Bodies:
     """Origins (n, 3) of joints, and masses, centres (n, 3) and inertias about them (n, 3, 3) of what they carry, in axes of the base; the base last."""
@@ -127,7 +134,7 @@ class _Library:
         return values
 
     def check_q(self, q: npt.ArrayLike, name: str) -> _Floats:
-        values = np.asarray(q, dtype=float)
+        values = _floats(name, q)
         if values.shape != (self.nq,):
             raise _unusable(
                 name,
@@ -754,7 +761,7 @@ class Sagittal(_View):
     model : the model of the library. data : made when it is first used. joints : names of the joint coordinates, of a pair that of the left
     joint; its angle is that of the left one. coordinates : ("x", "z", "pitch", *joints). pairs : for each of `joints` the names (left, right),
     or (name,). fixed : joints that do not move, with their mirror images. S : (nv, dof), q̇ = S (ẋ, ż, pitch rate, joints) for a level base; for a
-    free flyer, whose velocity is in axes of the base, the rows of x and z turn with the pitch. mirrored : for each joint of the library, its mirror
+    free flyer of Pinocchio, whose velocity is in axes of the base, the rows of x and z turn with the pitch. mirrored : for each joint of the library, its mirror
     image and the factor of its angle.
     """
 
@@ -807,6 +814,12 @@ class Sagittal(_View):
             self.known[names[right]] = len(chosen), sign
             chosen.append((left, right, sign))
             pairs.append((names[left], names[right]) if left != right else (names[left],))  # fmt: skip
+        if names and not chosen:
+            raise _unusable(
+                "model",
+                f"{len(names)} joints, none of which moves in the plane of x and z",
+                "joints about y of the base: a robot that looks along x",
+            )
         self.joints = tuple(pair[0] for pair in pairs)
         self.coordinates = ("x", "z", "pitch", *self.joints)
         self.pairs = tuple(pairs)
@@ -873,7 +886,7 @@ class Sagittal(_View):
         library = self.library
         values = library.reference.copy()
         if not isinstance(joints, Mapping):
-            angles = np.asarray(joints, dtype=float)
+            angles = _floats("joints", joints)
             if angles.shape != (len(self.joints),) and angles.size:
                 raise _unusable(
                     "joints",
@@ -1118,13 +1131,6 @@ def from_pinocchio(
     With all joints locked the mechanism is a rigid body with q = (x, y, θ) in its base. Joint friction, damping and limits are left out.
 
     Raises ValueError naming the argument, its value and what is allowed.
-
-    >>> import pinocchio as pin, standfast as sf                                                   # doctest: +SKIP
-    >>> robot = sf.robots.sagittal(pin.buildModelFromUrdf("solo.urdf", pin.JointModelFreeFlyer())) # doctest: +SKIP
-    >>> q = robot.q(z=0.22, joints={"FL_HFE": 0.8, "FL_KFE": -1.6, "HL_HFE": -0.8, "HL_KFE": 1.6}) # doctest: +SKIP
-    >>> standing = sf.robots.from_pinocchio(robot, robot.data, q, ["FL_FOOT", "HL_FOOT"], friction=0.8, locked="all") # doctest: +SKIP
-    >>> sf.stability(standing)                                                                     # doctest: +SKIP
-    <Verdict: stable by theorem-3-loose>
     """
     view: _View
     if isinstance(model, Sagittal):
@@ -1325,7 +1331,7 @@ def _out_of_plane(view: _View, joint: int, plane: str) -> None:
 
 def _surfaces(feet: list[_Touching], ground: Any, friction: float | None) -> list[Ground]:  # fmt: skip
     """Slope and friction below each foot."""
-    level = None if friction is None else (0.0, friction)
+    level = None if friction is None else _pair("friction", (0.0, friction))
     if ground is None:
         pairs = [level] * len(feet)
     elif isinstance(ground, Mapping):
@@ -1367,7 +1373,7 @@ def _pair(name: str, surface: Any) -> Ground:
 
 
 def _per_joint(view: _View, name: str, values: Any) -> _Floats:
-    array = np.asarray(values, dtype=float)
+    array = _floats(name, values)
     if array.shape != (len(view.joints),):
         shape = f"array of shape {list(array.shape)}"
         raise _unusable(name, shape, f"one entry for each of {len(view.joints)} joints: {', '.join(view.joints)}")  # fmt: skip
@@ -1383,9 +1389,10 @@ def _torques(view: _View, torques: Any) -> _Floats:
 
 def _armature(view: _View, armature: Any) -> _Floats:
     if np.ndim(armature) == 0:
-        if not 0 <= armature < math.inf:
+        number = float(_floats("armature", armature))
+        if not 0 <= number < math.inf:
             raise _unusable("armature", armature, "a finite number >= 0, in kg m²")
-        array = armature * view.counts
+        array = number * view.counts
     else:
         array = _per_joint(view, "armature", armature)
     if array.size and array.min() < 0:

@@ -493,6 +493,30 @@ def test_a_fixed_base_has_the_coordinates_of_its_joints():
     same(found, expected)
 
 
+def test_a_robot_in_the_plane_of_x_and_y():
+    """All angles counterclockwise, as in a chain."""
+    model = pin.Model()
+    model.gravity.linear = np.array([0, -9.81, 0])
+    base = model.addJoint(0, pin.JointModelPlanar(), pin.SE3.Identity(), "trunk")
+    model.appendBodyToJoint(base, pin.Inertia(10, np.zeros(3), 0.4 * np.eye(3)), pin.SE3.Identity())  # fmt: skip
+    for side in ("left", "right"):
+        down = pin.SE3(pin.utils.rotate("z", -math.pi / 2), np.zeros(3))
+        leg = model.addJoint(base, pin.JointModelRZ(), down, f"{side}_hip")
+        model.appendBodyToJoint(leg, pin.Inertia(1, np.array([0.5, 0, 0]), np.eye(3) / 12), pin.SE3.Identity())  # fmt: skip
+        model.addFrame(pin.Frame(f"{side}_foot", leg, pin.SE3(np.eye(3), np.array([1.0, 0, 0])), pin.FrameType.OP_FRAME))  # fmt: skip
+    hip = sf.Joint("torque", armature=0.2, parent=1, at=0, angle=-math.pi / 2)
+    link = sf.Link(mass=1, inertia=1 / 12, length=1)
+    feet = [sf.Foot(2, slope=-0.1, friction=0.6), sf.Foot(3, slope=0.2, friction=0.7)]
+    trunk = sf.Link(mass=10, inertia=0.4, length=1, center=0)
+    chain = sf.Chain(links=[trunk, link, link], joints=[hip, hip], feet=feet)
+    q = np.array([0.3, 0.8, -0.2, -0.5, 0.6])
+    theirs = [0.3, 0.8, math.cos(-0.2), math.sin(-0.2), -0.5, 0.6]
+    found = sf.robots.from_pinocchio(model, model.createData(), theirs, ["left_foot", "right_foot"], plane="xy", ground={"left_foot": (-0.1, 0.6), "right_foot": (0.2, 0.7)}, armature=0.2)  # fmt: skip
+    expected = chain.mechanism(q)
+    same(found, expected)
+    assert (found.armature == expected.armature).all()
+
+
 def test_locked_joints_leave_the_rigid_body():
     """x, z and pitch are (x, y, θ) of a body in the plane, also for a base that is turned."""
     robot = sf.robots.sagittal(in_space("solo.urdf"))
@@ -639,6 +663,9 @@ WRONG = {
     "pairs of no joints": (lambda: sf.robots.sagittal(in_space("solo.urdf"), pairs=[("FL_HFE", "FR_HF")]), "pairs = 'FR_HF'", "did you mean 'FR_HFE'?"),
     "pairs that do not mirror": (lambda: sf.robots.sagittal(in_space("solo.urdf"), pairs=[("FL_HFE", "HR_HFE")]), "joint 'FL_HFE'", "'HR_HFE'"),
     "an angle of no joint": (lambda: sf.robots.sagittal(in_space("solo.urdf")).q(joints={"FL_KFF": 1}), "'FL_KFF'", "did you mean 'FL_KFE'?"),
+    "a robot that looks along y": (lambda: sf.robots.sagittal(in_space("quadruped.urdf")), "8 joints, none of which moves in the plane", "about y"),
+    "q of words": (lambda: solo(q="home"), "q = 'home'", "numbers"),
+    "friction of a word": (lambda: solo(friction="ice"), "friction", "(slope in rad, friction)"),
     "too many angles": (lambda: sf.robots.sagittal(in_space("solo.urdf")).q(joints=np.zeros(8)), "array of shape [8]", "4 angles"),
 }  # fmt: skip
 

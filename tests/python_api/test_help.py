@@ -157,13 +157,18 @@ def test_many_runs_with_kicks_are_the_single_runs():
 
 
 def test_what_an_import_leaves_for_later():
-    """`import standfast` does not import the checker of certificates, and finds it when it is used."""
+    """`import standfast` does not import the checker of certificates and robots, and finds them when they are used; robots do not import their
+    libraries."""
     program = """
 import sys
 import standfast as sf
 assert "standfast.certificate" not in sys.modules
 assert "certificate" in dir(sf)
 assert sf.certificate.check.__module__.startswith("standfast.certificate")
+assert "standfast.robots" not in sys.modules
+assert "robots" in dir(sf)
+assert sf.robots.sagittal.__module__ == "standfast.robots"
+assert not {"pinocchio", "mujoco"} & set(sys.modules)
 try:
     sf.certificates
 except AttributeError as error:
