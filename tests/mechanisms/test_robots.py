@@ -526,6 +526,12 @@ def test_locked_joints_leave_the_rigid_body():
     for contact, x in zip(stiff.contacts, (0.19, -0.19), strict=True):
         assert contact.tangential[:3] == pytest.approx([1, 0, 0.24], abs=1e-3)
         assert contact.normal[:3] == pytest.approx([0, 1, x - 0.02], abs=1e-3)
+    body = stiff.posture()
+    model, data = robot.model, robot.data
+    center = pin.centerOfMass(model, data, q) - q[:3]
+    assert body.mass == pytest.approx(pin.computeTotalMass(model), rel=CLOSE)
+    assert body.center_of_mass == pytest.approx(center[[0, 2]], abs=1e-9)
+    assert words(stiff)[0] == sf.stability(body).frictional_stability == "stable"
 
 
 # Wrong inputs.
