@@ -32,7 +32,7 @@ def posture(x, trunk):                                 # front feet at x on bump
     if max(math.hypot(*front), math.hypot(*rear)) >= 0.4:
         return None                                    # out of reach
     q = robot.q(trunk, 0.33, joints=[*leg(*front), *leg(*rear)])
-    return sf.robots.from_pinocchio(robot, robot.data, q, ["FL_foot", "RL_foot"], ground={"FL_foot": (slope, 0.8)}, friction=0.8, torques="middle", armature=0.003)
+    return sf.robots.from_pinocchio(robot, robot.data, q, ["FL_foot", "RL_foot"], ground={"FL_foot": (slope, 0.8)}, friction=0.8, torques="holding", armature=0.003)
 # the map
 # fmt: on
 

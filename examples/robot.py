@@ -56,7 +56,7 @@ def biped_that_jams(armature=0.0, locked=()):
         ["left_foot", "right_foot"],
         ground={"left_foot": (-0.066, 0.667), "right_foot": (-0.091, 0.667)},
         locked=locked,
-        torques="middle",
+        torques="holding",
         armature=armature,
     )
 
@@ -95,7 +95,7 @@ def standing(robot, q, friction=FRICTION, locked=(), armature=0.0):
         ["FL_FOOT", "HL_FOOT"],
         friction=friction,
         locked=locked,
-        torques="middle",
+        torques="holding",
         armature=armature,
     )
 

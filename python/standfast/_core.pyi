@@ -495,13 +495,10 @@ class Chain:
     def restitution(self) -> float: ...
     @property
     def dof(self) -> int: ...
-    @overload
     def mechanism(
-        self, q: npt.ArrayLike, torques: Literal["holding", "least"]
-    ) -> Mechanism | None: ...
-    @overload
-    def mechanism(
-        self, q: npt.ArrayLike, torques: Sequence[float] | _Floats | None = None
+        self,
+        q: npt.ArrayLike,
+        torques: Literal["holding", "least"] | npt.ArrayLike | None = None,
     ) -> Mechanism: ...
     def posture(self, q: npt.ArrayLike) -> Posture: ...
     def holding_torques(

@@ -30,7 +30,11 @@ if TYPE_CHECKING:
 CHUNKS, SMALLEST = 128, 256
 
 #: The torques of a chain at each point of a grid, and which of the torques that hold it they are.
-TORQUES = {"holding": "middle", "least": "least", "given": None}
+TORQUES: dict[str, Literal["middle", "least"] | None] = {
+    "holding": "middle",
+    "least": "least",
+    "given": None,
+}
 
 #: Length of a hash, in bytes.
 HASH = hashlib.sha256().digest_size
@@ -151,7 +155,7 @@ def sweep(
 
 def held(
     posture: object, axes: list[tuple[str, npt.NDArray[Any]]], torques: str | None
-) -> str | None:
+) -> Literal["middle", "least"] | None:
     """Which of the torques that hold a chain its joints have at each point; None: their own."""
     if not (torques is None or (isinstance(torques, str) and torques in TORQUES)):
         raise ValueError(

@@ -1110,7 +1110,7 @@ def from_pinocchio(
     feet: Sequence[Foot],
     plane: Literal["xz", "xy"] = "xz",
     locked: str | Iterable[str] = (),
-    torques: Literal["holding", "middle"] | npt.ArrayLike | None = None,
+    torques: Literal["holding", "least"] | npt.ArrayLike | None = None,
     ground: Mapping[Foot, Ground] | Ground | None = None,
     friction: float | None = None,
     restitution: float = 0.0,
@@ -1122,8 +1122,8 @@ def from_pinocchio(
     robot in space. data : `model.createData()`, working memory. q : (nq,), as Pinocchio counts it. feet : names of frames; of a robot in space
     one name of a pair, or the pair (left, right). plane : "xz" or "xy", the height last. locked : names of joints, or "all".
     torques : None: zero; (joints,) N m in the order of Pinocchio, or of `sagittal(model).joints`, there those of both joints of a pair together;
-    "holding": the least that hold the robot, "middle": the middle of all that do. If none do, they are zero, and `stability` says
-    "not-equilibrium". ground : {foot: (slope in rad, friction)}, or one pair for all; feet without an entry are on level ground with `friction`.
+    "holding" or "least": those of `Mechanism.holding_torques`, its choice or the least ones. If none hold the robot, they are zero, and
+    `stability` says "not-equilibrium". ground : {foot: (slope in rad, friction)}, or one pair for all; feet without an entry are on level ground with `friction`.
     restitution : in [0, 1]. armature : kg m², a number for each joint (a pair has it twice), or (joints,) as for torques, in place of that of
     the model; None: that of the model.
 
@@ -1150,7 +1150,7 @@ def from_mujoco(
     feet: Sequence[Foot],
     plane: Literal["xz", "xy"] = "xz",
     locked: str | Iterable[str] = (),
-    torques: Literal["holding", "middle"] | npt.ArrayLike | None = None,
+    torques: Literal["holding", "least"] | npt.ArrayLike | None = None,
     ground: Mapping[Foot, Ground] | Ground | None = None,
     friction: float | None = None,
     restitution: float = 0.0,
@@ -1212,8 +1212,8 @@ def _mechanism(
     values = library.check_q(q, q_name)
     view.check_posture(values, q_name)
     held = isinstance(torques, str)
-    if held and torques not in ("holding", "middle"):
-        raise _unusable("torques", repr(torques), "'holding', 'middle', numbers, or None")  # fmt: skip
+    if held and torques not in ("holding", "least"):
+        raise _unusable("torques", repr(torques), "'holding', 'least', numbers, or None")  # fmt: skip
     _check_gravity(library.gravity(model).tolist(), axes, plane, held)
     touching = view.feet(model, feet)
     surfaces = _surfaces(touching, ground, friction)
@@ -1278,7 +1278,7 @@ def _mechanism(
     under = [k for k in range(view.base_dof, dof) if k not in fixed]
     if not held or not under:
         return made
-    choose: Literal["least", "middle"] = "middle" if torques == "middle" else "least"
+    choose: Literal["middle", "least"] = "least" if torques == "least" else "middle"
     holding = made.holding_torques(under, choose=choose)
     if holding is None:
         return made

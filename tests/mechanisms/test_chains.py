@@ -111,8 +111,12 @@ def test_the_torques_of_a_mechanism_are_asked_for_where_it_is_made():
         c.friction * n - abs(t) for c, (t, n) in zip(rows, least.forces, strict=True)
     ]
     assert min(spare) == pytest.approx(0, abs=1e-9)
-    # On ice no torques hold it.
-    assert biped(mu=0.01).mechanism(Q, torques="holding") is None
+    # On ice no torques hold it: they are zero.
+    ice = biped(mu=0.01, torques=(1, 2))
+    assert ice.holding_torques(Q) is None
+    assert ice.mechanism(Q, torques="holding") == ice.mechanism(Q, torques=[0, 0])
+    verdict = sf.stability(ice.mechanism(Q, torques="holding"))
+    assert verdict.by == "not-equilibrium"
     assert chain.mechanism(Q).holding_torques([3]) is None
 
 

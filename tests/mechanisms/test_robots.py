@@ -215,7 +215,7 @@ def biped(locked=(), torques=None, armature=None):
 def test_the_biped_is_the_robot_made_by_hand(locked):
     q = np.array([0, 0, 0.166, 0.325, -0.841])
     expected = biped_by_hand().mechanism(q, (-0.066, -0.091), 0.667, locked, 0.5)
-    found = biped("all" if locked else (), "middle", 0.5)
+    found = biped("all" if locked else (), "holding", 0.5)
     if locked:
         # The torques of locked joints do nothing, and are not computed.
         load = expected.load
@@ -236,13 +236,13 @@ def changes(of, low, high):
 
 def test_the_thresholds_of_armature_of_both():
     """Those of the matrices made by hand."""
-    found = changes(lambda armature: biped((), "middle", armature), 1.0, 2.0)
+    found = changes(lambda armature: biped((), "holding", armature), 1.0, 2.0)
     assert found == pytest.approx(1.602467664252, abs=1e-9)
     robot = sf.robots.sagittal(in_space("solo.urdf"))
     q = robot.q(0.0, 0.31, 0.0, stance(0.0, 0.31))
 
     def of(armature):
-        return sf.robots.from_pinocchio(robot, robot.data, q, ["FL_FOOT", "HL_FOOT"], friction=0.8, torques="middle", armature=armature)  # fmt: skip
+        return sf.robots.from_pinocchio(robot, robot.data, q, ["FL_FOOT", "HL_FOOT"], friction=0.8, torques="holding", armature=armature)  # fmt: skip
 
     assert changes(of, 1e-4, 1e-3) == pytest.approx(0.000323795175, abs=1e-11)
 
@@ -356,7 +356,7 @@ def test_feet_of_robots_in_space_carry_their_weight(name):
     force = sf.contact_modes(stiff)["FF"].forces
     weight = -stiff.load[1]
     assert sum(up for _, up in force) == pytest.approx(weight, rel=1e-12)
-    held = sf.robots.from_pinocchio(robot, robot.data, robot.q(0, 0, pitch, joints), standing, friction=0.6, torques="holding")  # fmt: skip
+    held = sf.robots.from_pinocchio(robot, robot.data, robot.q(0, 0, pitch, joints), standing, friction=0.6, torques="least")  # fmt: skip
     assert "FF" in sf.contact_modes(held).consistent
     assert sf.stability(held).by != "not-equilibrium"
 
@@ -643,8 +643,8 @@ WRONG = {
     "no such plane": (lambda: plane_biped(plane="yz"), "plane = 'yz'", "'xz' or 'xy'"),
     "another plane": (lambda: solo(plane="xy"), "plane = 'xy'", "'xz'"),
     "gravity across the plane": (lambda: plane_biped(plane="xy"), "gravity of the model = [0.0, 0.0, -9.81]", "'xy'"),
-    "gravity upwards": (lambda: gravity_of([0, 0, 9.81], torques="holding"), "gravity of the model = [0.0, 0.0, 9.81]", "downwards"),
-    "no gravity to hold against": (lambda: gravity_of([0, 0, 0], torques="middle"), "gravity of the model = [0.0, 0.0, 0.0]", "torques"),
+    "gravity upwards": (lambda: gravity_of([0, 0, 9.81], torques="least"), "gravity of the model = [0.0, 0.0, 9.81]", "downwards"),
+    "no gravity to hold against": (lambda: gravity_of([0, 0, 0], torques="holding"), "gravity of the model = [0.0, 0.0, 0.0]", "torques"),
     "ground of no foot": (lambda: solo(ground={"FL_FOO": (0, 0.5)}), "ground = 'FL_FOO'", "did you mean 'FL_FOOT'?"),
     "ground of one foot twice": (lambda: solo(ground={"FL_FOOT": (0, 0.5), "FR_FOOT": (0, 0.6)}), "ground = 'FR_FOOT'", "'FL_FOOT' is the same"),
     "ground without friction": (lambda: solo(ground={"FL_FOOT": 0.1}), "ground['FL_FOOT'] = 0.1", "a pair"),
@@ -654,7 +654,7 @@ WRONG = {
     "negative friction": (lambda: solo(ground={"HL_FOOT": (0, -0.5)}), "friction at ('HL_FOOT', 'HR_FOOT') = -0.5", ">= 0"),
     "a slope in degrees": (lambda: solo(ground={"HL_FOOT": (15, 0.5)}), "slope at ('HL_FOOT', 'HR_FOOT') = 15", "in rad"),
     "no such joint to lock": (lambda: solo(locked=["FL_KFF"]), "locked = 'FL_KFF'", "did you mean 'FL_KFE'?"),
-    "torques of no kind": (lambda: solo(torques="hold"), "torques = 'hold'", "'holding', 'middle'"),
+    "torques of no kind": (lambda: solo(torques="hold"), "torques = 'hold'", "'holding', 'least'"),
     "torques of all joints": (lambda: solo(torques=np.zeros(8)), "torques = array of shape [8]", "4 joints: FL_HFE"),
     "a torque that is not finite": (lambda: solo(torques=[0, math.inf, 0, 0]), "torques of joint 'FL_KFE' = inf", "finite"),
     "negative armature": (lambda: solo(armature=[0, 0, -0.1, 0]), "armature of joint 'HL_HFE' = -0.1", ">= 0"),

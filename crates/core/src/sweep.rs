@@ -246,16 +246,15 @@ impl Quantity {
     }
 }
 
-/// The mechanism of a chain; `hold`: with torques that hold it, where there are any.
+/// The mechanism of a chain; `hold`: with torques that hold it.
 fn standing(
     fields: ChainFields,
     q: &[f64],
     hold: Option<HoldingChoice>,
 ) -> Result<Mechanism, Error> {
     let chain = Chain::new(fields)?;
-    let held = hold.map(|choice| chain.holding_torques(q, None, choice)).transpose()?.flatten();
-    match held {
-        Some(held) => chain.mechanism_under(q, &held.torques),
+    match hold {
+        Some(choice) => chain.mechanism_held(q, choice),
         None => chain.mechanism(q),
     }
 }

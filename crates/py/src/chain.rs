@@ -340,7 +340,8 @@ impl PyChain {
     /// The Mechanism of this chain at q : (dof,) m, rad. Locked joints are its locked coordinates.
     ///
     /// torques : None, the joints have their own torques; "holding" or "least", those of `holding_torques`, its choice or the least ones; or an
-    /// array, N m, one for each joint of kind "torque". Returns None if no torques hold the chain, which are asked for.
+    /// array, N m, one for each joint of kind "torque". If no torques hold the chain, "holding" and "least" are zero: the verdict on it is
+    /// "unstable" by "not-equilibrium".
     ///
     /// Raises ValueError for a q that is not finite or has angles beyond ±2π, a mass matrix that is not positive definite, or no feet.
     #[pyo3(signature = (q, torques=None))]
@@ -348,17 +349,13 @@ impl PyChain {
         &self,
         #[pyo3(from_py_with = input::coordinates)] q: Vec<f64>,
         torques: Option<&Bound<'_, PyAny>>,
-    ) -> PyResult<Option<PyMechanism>> {
+    ) -> PyResult<PyMechanism> {
         let made = match torques.map(torques_of).transpose()? {
             None => self.0.mechanism(&q),
             Some(Torques::Given(torques)) => self.0.mechanism_under(&q, &torques),
-            Some(Torques::Holding(choice)) => {
-                let held = self.0.holding_torques(&q, None, choice).map_err(|e| to_py(&e))?;
-                let Some(held) = held else { return Ok(None) };
-                self.0.mechanism_under(&q, &held.torques)
-            }
+            Some(Torques::Holding(choice)) => self.0.mechanism_held(&q, choice),
         };
-        made.map(|made| Some(PyMechanism(made))).map_err(|e| to_py(&e))
+        made.map(PyMechanism).map_err(|e| to_py(&e))
     }
 
     /// This chain at q : (dof,) with all joints locked, as a Posture: a rigid body that stands on its feet.

@@ -18,6 +18,7 @@ use nalgebra::Vector2;
 use crate::body::chain::{Base, Chain, JointKind};
 use crate::body::contact::direction;
 use crate::body::fields::{ContactRows, MechanismFields};
+use crate::body::holding::HoldingChoice;
 use crate::body::mechanism::Mechanism;
 use crate::error::{Error, finite};
 use crate::math::unsigned_zero::UnsignedZero;
@@ -73,6 +74,18 @@ impl Chain {
     pub fn mechanism(&self, q: &[f64]) -> Result<Mechanism, Error> {
         let given = self.torque_joints().map(|k| self.fields().joints[k].torque);
         self.mechanism_under(q, &given.collect::<Vec<_>>())
+    }
+
+    /// As [`mechanism`](Self::mechanism), with torques of [`holding_torques`](Self::holding_torques) on all feet. If no torques hold the chain, they are zero, and the
+    /// mechanism is not in equilibrium.
+    ///
+    /// # Errors
+    ///
+    /// As [`mechanism`](Self::mechanism).
+    pub fn mechanism_held(&self, q: &[f64], choice: HoldingChoice) -> Result<Mechanism, Error> {
+        let held = self.holding_torques(q, None, choice)?;
+        let torques = held.map_or_else(|| vec![0.0; self.torque_joints().count()], |h| h.torques);
+        self.mechanism_under(q, &torques)
     }
 
     /// As [`mechanism`](Self::mechanism), with these torques of the joints of kind [`JointKind::Torque`], in their order, in N m, instead of their own.
