@@ -8,6 +8,7 @@ mod files;
 mod convert;
 mod interrupt;
 mod input;
+mod lists;
 mod options;
 mod posture;
 mod mechanism;
