@@ -11,7 +11,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use standfast::body::{Chain, ChainFields, Foot, Joint, Link, Mechanism};
+use standfast::body::{Chain, ChainFields, Foot, HoldingChoice, Joint, Link, Mechanism};
 use standfast::simulate::simulate_mechanism;
 use standfast::stability::{StabilityOptions, WhyUndecided, mechanism_stability};
 use standfast::{
@@ -49,10 +49,11 @@ fn mechanism(c: &mut Criterion) {
     group.bench_function("contact_space/12_links", |b| {
         b.iter(|| black_box(&chain).mechanism(black_box(&q)));
     });
-    let held = chain.holding_torques(&q, None).unwrap_or_else(|e| panic!("{e}"));
+    let held =
+        chain.holding_torques(&q, None, HoldingChoice::Least).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(held.map(|held| held.freedom), Some(1));
     group.bench_function("holding_torques/12_links", |b| {
-        b.iter(|| black_box(&chain).holding_torques(black_box(&q), None));
+        b.iter(|| black_box(&chain).holding_torques(black_box(&q), None, HoldingChoice::Least));
     });
     group.finish();
     runs(c);
@@ -86,7 +87,8 @@ fn biped() -> Mechanism {
     };
     let q = [0.0, 0.0, 0.1, -0.5, 0.6];
     let chain = Chain::new(fields.clone()).unwrap_or_else(|e| panic!("{e}"));
-    let held = chain.holding_torques(&q, None).unwrap_or_else(|e| panic!("{e}"));
+    let held =
+        chain.holding_torques(&q, None, HoldingChoice::Least).unwrap_or_else(|e| panic!("{e}"));
     for (joint, torque) in fields.joints.iter_mut().zip(held.iter().flat_map(|held| &held.torques))
     {
         joint.torque = *torque;

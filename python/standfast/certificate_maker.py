@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from standfast import certificate
-from standfast._core import Contact, Posture, Verdict
+from standfast._core import Contact, Posture, Verdict, stability
 
 Vectors = npt.NDArray[np.float64]
 
@@ -28,11 +28,12 @@ def make(verdict: Verdict) -> dict[str, Any]:
         raise ValueError(
             "the verdict is undecided; only a decided one has a certificate"
         )
+    if verdict.mechanism is not None:
+        # With all joints locked it is a rigid body; ValueError for others.
+        body = verdict.mechanism.posture()
+        return make(stability(body, jams=verdict.jams, width=verdict.width))
     posture, by = verdict.posture, verdict.by
-    if posture is None:
-        raise ValueError(
-            "the verdict is on a Mechanism; only one on a Posture has a certificate"
-        )
+    assert posture is not None
     found = {
         "conventions": certificate.CONVENTIONS,
         "scene": scene(posture, verdict.contacts),

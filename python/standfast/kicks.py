@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from standfast import _core
-from standfast._core import Posture, Robustness, Sweep
+from standfast._core import Mechanism, Posture, Robustness, Sweep
 from standfast.maps import (
     attributes,
     bar,
@@ -29,7 +29,7 @@ MOST_KICKS = 1_000_000_000
 
 @overload
 def robustness(
-    posture: Posture,
+    posture: Posture | Mechanism,
     sizes: npt.ArrayLike,
     trials: int = 1000,
     seed: int = 0,
@@ -54,7 +54,7 @@ def robustness(
     **options: Any,
 ) -> "xarray.Dataset": ...
 def robustness(
-    posture: Posture,
+    posture: Posture | Mechanism,
     sizes: npt.ArrayLike,
     trials: int = 1000,
     seed: int = 0,
@@ -76,7 +76,7 @@ def robustness(
     one placement only); and if the body has turned by less than half a turn. So a box that has slid along a floor is back: see
     `largest_displacement`. A box that lies on another side, stands on a lower step, leans on a wall or has turned a somersault is not.
 
-    posture : Posture in which at least one contact touches at q = 0; any number of contacts, any ground. sizes : (k,) m/s, > 0. trials :
+    posture : Posture in which at least one contact touches at q = 0; any number of contacts, any ground; or a Mechanism with all joints locked. sizes : (k,) m/s, > 0. trials :
     number of kicks of each size. The directions are the same for all sizes, so that shares can be compared; those of more trials begin with
     those of fewer. seed : of the directions; the same seed has the same result on every machine, with any number of threads. model :
     "full", "local" or "auto", as for `simulate`.
@@ -107,6 +107,8 @@ def robustness(
         total = np.size(sizes) * trials if isinstance(trials, int) else 0
         with _bar(total, progress) as done:
             return _core.robustness(posture, sizes, done=done, **keywords)
+    if isinstance(posture, Mechanism):
+        posture = posture.posture()
     return _mapped(posture, sizes, over, progress, keywords)
 
 

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 #: Number of chunks of a grid, unless they would then have fewer than `SMALLEST` points.
 CHUNKS, SMALLEST = 128, 256
 
-#: The torques of a chain at each point of a grid.
-TORQUES = ("hold", "given")
+#: The torques of a chain at each point of a grid, and which of the torques that hold it they are.
+TORQUES = {"holding": "middle", "least": "least", "given": None}
 
 #: Length of a hash, in bytes.
 HASH = hashlib.sha256().digest_size
@@ -92,8 +92,8 @@ def sweep(
 
     A chain: q is its configuration (dof,), and the paths are gravity, restitution, friction (of all feet), armature (of all joints
     with torques), base.angle; joint.1.angle, joint.1.torque, joint.1.armature; foot.1.slope, foot.1.friction, and so on for other joints and
-    feet. torques : "hold", each point has the torques of `Chain.holding_torques` there (where there are none, it is unstable by
-    "not-equilibrium"); "given", those of its joints; None is "given" if a torque varies, and "hold" otherwise. "fate" and "zeno_time" are not
+    feet. torques : "holding" or "least", each point has the torques of `Chain.holding_torques` there, its choice or the least ones (where there
+    are none, it is unstable by "not-equilibrium"); "given", those of its joints; None is "given" if a torque varies, and "holding" otherwise. "fate" and "zeno_time" are not
     offered; a flag is False, and a number NaN, where the field of the Verdict is None.
 
     The result does not depend, to the bit, on threads, executor or chunks. Margins and "theorem_3" take
@@ -151,20 +151,20 @@ def sweep(
 
 def held(
     posture: object, axes: list[tuple[str, npt.NDArray[Any]]], torques: str | None
-) -> bool:
-    """Whether the joints have the torques that hold a chain at each point."""
+) -> str | None:
+    """Which of the torques that hold a chain its joints have at each point; None: their own."""
     if not (torques is None or (isinstance(torques, str) and torques in TORQUES)):
         raise ValueError(
-            f"torques = {torques!r} cannot be used: None, 'hold' or 'given' is allowed"
+            f"torques = {torques!r} cannot be used: None, 'holding', 'least' or 'given' is allowed"
         )
     if not isinstance(posture, Chain):
         if torques is not None:
             raise ValueError(
                 f"torques = {torques!r} cannot be used: only a Chain has torques"
             )
-        return False
+        return None
     varies = any(path.endswith(".torque") for path, _ in axes)
-    return torques == "hold" or (torques is None and not varies)
+    return TORQUES[torques or ("given" if varies else "holding")]
 
 
 def xarray_or_not(what: str) -> Any:

@@ -46,10 +46,15 @@ def test_a_biped_with_locked_joints_is_a_rigid_body():
 
 
 def test_a_biped_under_the_torques_that_hold_it():
-    held = biped().holding_torques(Q)
+    chain = biped()
+    # The least Σ τ² + Σ f² that satisfies the equations.
+    rows = [r for c in chain.mechanism(Q).contacts for r in (c.tangential, c.normal)]
+    equations = np.vstack([np.eye(5)[3:], rows]).T
+    least = np.linalg.lstsq(equations, chain.bias(Q), rcond=None)[0][:2]
     torque = 16.148336405
-    assert held.free_torques == pytest.approx([torque, -torque], abs=1e-9)
-    mechanism = biped(torques=held.free_torques).mechanism(Q)
+    assert least == pytest.approx([torque, -torque], abs=1e-9)
+    mechanism = chain.mechanism(Q, torques=least)
+    assert mechanism == biped(torques=least).mechanism(Q)
     expected = [-39.524256935, -48.291975487, 35.790319262, -27.599756133]
     tangential, normals = CONTACTS
     found = mechanism.contact_space.b[[*normals, *tangential]]
@@ -81,6 +86,67 @@ def test_the_forces_balance_the_bias():
     assert np.min(ends, axis=0) == pytest.approx(held.force_low)
     assert np.max(ends, axis=0) == pytest.approx(held.force_high)
     assert chain.holding_torques(Q, contacts=[1]) is None
+
+
+def test_the_torques_of_a_mechanism_are_asked_for_where_it_is_made():
+    chain = biped(slopes=(0.1, -0.1), mu=0.9)
+    for words in ({"choose": "middle"}, {"choose": "least"}, {"contacts": [2, 1]}):
+        of_chain = chain.holding_torques(Q, **words)
+        of_rows = chain.mechanism(Q).holding_torques([3, 4], **words)
+        assert of_rows.joints == [3, 4]
+        for name in ("torques", "forces", "torque_interval", "force_low", "contacts"):
+            assert np.array_equal(getattr(of_rows, name), getattr(of_chain, name)), name
+    middle = chain.holding_torques(Q)
+    assert middle.torques == pytest.approx(np.mean(middle.torque_interval, axis=1))
+    assert chain.mechanism(Q, torques="holding") == chain.mechanism(Q, middle.torques)
+    # Less torque than in the middle; zero is outside of the cones, which bound the torques.
+    least = chain.holding_torques(Q, choose="least")
+    norm = np.linalg.norm
+    assert 0 < norm(least.torques) < norm(middle.torques)
+    line = least.torque_interval[0]
+    assert least.torques[0] == pytest.approx(line[np.abs(line).argmin()], abs=1e-12)
+    assert chain.mechanism(Q, torques="least") == chain.mechanism(Q, least.torques)
+    rows = chain.mechanism(Q, torques="least").contacts
+    spare = [
+        c.friction * n - abs(t) for c, (t, n) in zip(rows, least.forces, strict=True)
+    ]
+    assert min(spare) == pytest.approx(0, abs=1e-9)
+    # On ice no torques hold it.
+    assert biped(mu=0.01).mechanism(Q, torques="holding") is None
+    assert chain.mechanism(Q).holding_torques([3]) is None
+
+
+def test_the_unit_of_length_does_not_decide():
+    """Three feet have more internal forces than one."""
+    shin = sf.Link(1, 1 / 12, 1)
+
+    def made(scale):
+        links = [sf.Link(10, 0.4 * scale**2, scale, center=0)]
+        links += [sf.Link(1, scale**2 / 12, scale)] * 3
+        hip = sf.Joint("torque", parent=1, at=0, angle=-math.pi / 2)
+        feet = [
+            sf.Foot(k, friction=0.5, slope=s) for k, s in ((2, 0.1), (3, 0), (4, -0.1))
+        ]
+        return sf.Chain(links=links, joints=[hip] * 3, feet=feet, gravity=9.81 * scale)
+
+    assert made(1).links[1] == shin
+    q = [0, 0, 0.1, -0.5, 0.05, 0.4]
+    in_metres, in_millimetres = (made(s).holding_torques(q) for s in (1, 1000))
+    assert in_metres.freedom == in_millimetres.freedom == 3
+    scale = 1000**2
+    torques = in_metres.torques
+    assert in_millimetres.torques / scale == pytest.approx(torques, abs=1e-9)
+    # A quadratic programme over the edges of the cones, by a method of its own: the least Σ τ².
+    optimize = pytest.importorskip("scipy.optimize")
+    chain = made(1)
+    rows, h = chain.mechanism(q).contacts, chain.bias(q)
+    edges = [c.normal + s * c.friction * c.tangential for c in rows for s in (1, -1)]
+    edges = np.array(edges).T
+    big = 1e6
+    weights, _ = optimize.nnls(
+        np.vstack([edges[3:], big * edges[:3]]), np.append(h[3:], big * h[:3])
+    )
+    assert h[3:] - edges[3:] @ weights == pytest.approx(torques, abs=1e-8)
 
 
 def test_points_of_a_biped():
@@ -144,7 +210,10 @@ def test_answers_are_pickled():
     copy = pickle.loads(pickle.dumps(held))
     assert (copy.forces == held.forces).all()
     assert copy.contacts == [2, 1]
-    assert repr(copy) == "<HoldingTorques: 2 torques, 2 contacts, freedom 1>"
+    assert repr(copy) == repr(held)
+    assert repr(held).startswith("<HoldingTorques: torques [41.6321, -41.6321] N m, f")
+    of_rows = MECHANISM.holding_torques([3, 4], choose="least")
+    assert repr(pickle.loads(pickle.dumps(of_rows))) == repr(of_rows)
 
 
 ROWS = sf.ContactRows([0, 1], [1, 0])
@@ -183,6 +252,38 @@ def mechanism(matrix=((1, 0), (0, 1)), load=(0, -1), contacts=(ROWS,), **others)
         (
             lambda: biped().holding_torques(Q, contacts=[3]),
             r"contacts = \[3\] cannot be used: different feet, from 1 to 2",
+        ),
+        (
+            lambda: biped().mechanism(Q, torques="enough"),
+            "torques = 'enough' cannot be used: None, 'holding', 'least' or an array",
+        ),
+        (
+            lambda: biped().mechanism(Q, torques=[1, 2, 3]),
+            r"torques = \[3 entries\] cannot be used: one entry for each of the 2",
+        ),
+        (
+            lambda: biped().mechanism(Q, torques=[1, math.inf]),
+            r"torques\.1 = inf",
+        ),
+        (
+            lambda: biped().holding_torques(Q, choose="most"),
+            'choose = "most" cannot .*`middle`',
+        ),
+        (
+            lambda: biped().mechanism(Q).holding_torques([3, 3]),
+            r"joints = \[3, 3\] cannot be used: different coordinates that are not",
+        ),
+        (
+            lambda: biped("locked").mechanism(Q).holding_torques([3]),
+            r"joints = \[3\] cannot",
+        ),
+        (
+            lambda: biped().mechanism(Q).holding_torques([3], contacts=[0]),
+            r"contacts = \[0\] cannot be used: different contacts, from 1 to 2",
+        ),
+        (
+            lambda: sf.Chain(feet=[sf.Foot(1, radius=-1)], links=[sf.Link(1, 1, 1)]),
+            "feet.1.radius = -1",
         ),
         (lambda: sf.Chain(links=[]), r"links = \[0 links\] cannot"),
         (lambda: sf.Chain("hanging", []), 'base = "hanging" cannot .*`floating`'),

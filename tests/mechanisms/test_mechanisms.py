@@ -39,8 +39,8 @@ def test_the_verdict_on_a_body_is_that_on_its_posture(jams):
         assert getattr(verdict, name) == getattr(other, name), name
     assert verdict.kinematic_margin == pytest.approx(other.kinematic_margin, abs=1e-12)
     assert list(verdict.modes) == list(other.modes)
-    with pytest.raises(ValueError, match="on a Mechanism; only one on a Posture has a"):
-        other.certificate()
+    if verdict.by is not None:
+        assert other.certificate()["claim"] == verdict.certificate()["claim"]
 
 
 def test_the_table_says_what_the_joints_change():
@@ -181,12 +181,15 @@ def test_wrong_questions_name_the_field():
         ),
         (lambda: sf.simulate(mechanism, (0, 1, 0, 0), (0,) * 4, model="full"), "model"),
         (lambda: sf.MechanismProblem(mechanism, sliding=[1]), "sliding"),
+        (lambda: sf.robustness(mechanism, [0.1]), "4 coordinates that are not locked"),
+        (lambda: sf.equilibrium_region(mechanism), "a rigid body: all joints locked"),
+        (lambda: sf.smallest_push(mechanism), "a rigid body: all joints locked"),
         (lambda: sf.MechanismProblem(mechanism, sliding=[2, 1]), "sliding"),
     ):
         with pytest.raises(ValueError, match=message):
             call()
     for call, message in (
-        (lambda: sf.robustness(mechanism, [0.1]), "a Posture is needed"),
+        (lambda: sf.robustness(1, [0.1]), "a Posture, or a Mechanism with all joints"),
         (lambda: sf.stability(1), "a Posture or a Mechanism is needed"),
     ):
         with pytest.raises(TypeError, match=message):
@@ -219,8 +222,9 @@ def test_a_scene_file_of_a_mechanism(tmp_path):
     made = chain.mechanism(q)
     assert made.mass_matrix == pytest.approx(scene.mechanism.mass_matrix, abs=1e-12)
     torques = scene.mechanism.load - made.load
-    expected = [0, 0, 0, *chain.holding_torques(q).torques]
-    assert torques == pytest.approx(expected, abs=1e-12)
+    assert torques[:3] == pytest.approx([0, 0, 0], abs=1e-12)
+    interval = chain.holding_torques(q).torque_interval
+    assert ((interval[:, 0] < torques[3:]) & (torques[3:] < interval[:, 1])).all()
 
 
 @pytest.mark.parametrize(

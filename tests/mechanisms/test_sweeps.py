@@ -12,7 +12,7 @@ WIDE = biped(slopes=(-0.066, -0.091), mu=0.667), [0, 0, -0.166, -0.325, 0.841]
 
 
 def held(chain, q, **changes):
-    """The mechanism of a biped under the least torques that hold it."""
+    """The mechanism of a biped under the torques that hold it."""
     found = chain.holding_torques(q)
     torques = (0, 0) if found is None else found.torques
     return biped(torques=torques, **changes).mechanism(q)
@@ -91,14 +91,14 @@ WRONG = [
     ({"over": {"joint.3.angle": [0]}}, r"parameters of a chain .* from 1 to 2"),
     ({"over": {"mass": [1]}}, "parameters of a chain"),
     ({"over": {"joint.1.angle": [30]}}, r"q\.3 = 30.0 .*math\.radians"),
-    ({"over": {"joint.1.torque": [3]}, "torques": "hold"}, "no torque, because"),
+    ({"over": {"joint.1.torque": [3]}, "torques": "holding"}, "no torque, because"),
     ({"over": {"friction": [1], "foot.1.friction": [1]}}, "different numbers"),
     ({"over": {"armature": [1], "joint.1.armature": [1]}}, "different numbers"),
     ({"over": {"friction": [-1]}}, r"feet\.1\.friction = -1"),
     ({"q": None}, "q = None .* configuration of the chain"),
     ({"q": [0, 0]}, "5 coordinates"),
     ({"quantity": "fate"}, "a quantity of a verdict"),
-    ({"torques": "least"}, "torques = 'least' .*'hold' or 'given'"),
+    ({"torques": "hold"}, "torques = 'hold' .*'holding', 'least' or 'given'"),
 ]
 
 
@@ -112,13 +112,15 @@ def test_wrong_sweeps_name_the_field(changes, message):
 def test_only_chains_have_torques():
     rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2)
     with pytest.raises(ValueError, match="only a Chain has torques"):
-        sf.sweep(rod, {"friction": [0.5]}, torques="hold")
+        sf.sweep(rod, {"friction": [0.5]}, torques="holding")
     with pytest.raises(TypeError, match="a Posture"):
         sf.sweep(1, {"friction": [0.5]})
 
 
 def test_a_sweep_can_be_sent_elsewhere():
     chain, q = WIDE
-    question = sf._core.Sweep(chain, [("friction", [0.2, 0.5])], ["by"], q, hold=True)
+    question = sf._core.Sweep(
+        chain, [("friction", [0.2, 0.5])], ["by"], q, hold="middle"
+    )
     copy = pickle.loads(pickle.dumps(question))
     assert (copy.run(0, 2)[0] == question.run(0, 2)[0]).all()

@@ -89,10 +89,9 @@ def test_modes_are_those_of_single_calls(threads):
 
 @pytest.mark.parametrize("threads", [None, 1, 3])
 def test_margins_are_those_of_single_calls(threads):
-    postures = [body for body in MANY if isinstance(body, sf.Posture)]
-    found = sf.friction_margin(postures, threads=threads)
+    found = sf.friction_margin(MANY, threads=threads)
     assert found.dtype == np.float64
-    assert found.tolist() == [sf.friction_margin(body) for body in postures]
+    assert found.tolist() == [sf.friction_margin(body) for body in MANY]
 
 
 @pytest.mark.parametrize("threads", [None, 1, 3])
@@ -149,7 +148,9 @@ def test_results_can_be_pickled():
 
 @pytest.mark.parametrize("threads", [None, 1, 3])
 def test_an_error_names_the_first_wrong_item(threads):
-    with pytest.raises(ValueError, match=r"^contacts = .* \(at posture\[17\]\)$"):
+    with pytest.raises(
+        ValueError, match=r"^contacts\.1\.point = .* \(at posture\[17\]\)$"
+    ):
         sf.stability([*MANY[:17], EDGE, *MANY[:400], EDGE], threads=threads)
     grid = np.full((3, 4), BOX, object)
     grid[1, 2] = EDGE
@@ -160,7 +161,9 @@ def test_an_error_names_the_first_wrong_item(threads):
         sf.contact_modes(standing, wrench=(1, 0, 0), threads=threads)
 
 
-@pytest.mark.parametrize("function", [sf.stability, sf.contact_modes])
+@pytest.mark.parametrize(
+    "function", [sf.stability, sf.contact_modes, sf.friction_margin]
+)
 def test_what_is_no_body_is_named(function):
     for wrong, name in [
         ([BOX, 5], r"posture\[1\] = 5"),

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use crate::body::posture::Posture;
 use crate::body::state::State;
-use crate::body::{Chain, ChainFields, Mechanism};
+use crate::body::{Chain, ChainFields, HoldingChoice, Mechanism};
 use crate::error::Error;
 use crate::options::{Jams, Options};
 use crate::outcome::Outcome;
@@ -246,17 +246,18 @@ impl Quantity {
     }
 }
 
-/// The mechanism of a chain; `hold`: with the torques that hold it, where there are any.
-fn standing(mut fields: ChainFields, q: &[f64], hold: bool) -> Result<Mechanism, Error> {
-    if hold {
-        let chain = Chain::new(fields.clone())?;
-        if let Some(held) = chain.holding_torques(q, None)? {
-            for (joint, torque) in held.joints.iter().zip(&held.torques) {
-                fields.joints[joint - 1].torque = *torque;
-            }
-        }
+/// The mechanism of a chain; `hold`: with torques that hold it, where there are any.
+fn standing(
+    fields: ChainFields,
+    q: &[f64],
+    hold: Option<HoldingChoice>,
+) -> Result<Mechanism, Error> {
+    let chain = Chain::new(fields)?;
+    let held = hold.map(|choice| chain.holding_torques(q, None, choice)).transpose()?.flatten();
+    match held {
+        Some(held) => chain.mechanism_under(q, &held.torques),
+        None => chain.mechanism(q),
     }
-    Chain::new(fields)?.mechanism(q)
 }
 
 impl OfVerdict {
@@ -383,7 +384,7 @@ impl Axis {
     /// [`Error::Unusable`] if there is no such parameter, or no value; the errors of [`Chain::new`] and [`Chain::mechanism`] for a value.
     pub fn of_chain(path: &str, values: Vec<f64>, chain: &Chain, q: &[f64]) -> Result<Self, Error> {
         chain.points(q)?;
-        let subject = Subject::Chain(chain.fields().clone(), q.to_vec(), false);
+        let subject = Subject::Chain(chain.fields().clone(), q.to_vec(), None);
         let axis = Self::of(path, values, &subject)?;
         axis.check(&subject)?;
         Ok(axis)
@@ -440,12 +441,12 @@ impl Sweep {
         Self::of(Subject::of(posture), axes, quantities)
     }
 
-    /// As [`new`](Self::new), for a chain in the configuration `q`, without the parameters that vary. `hold`: the joints have the torques of
+    /// As [`new`](Self::new), for a chain in the configuration `q`, without the parameters that vary. `hold`: the joints have these torques of
     /// [`Chain::holding_torques`] instead of their own. A flag is no, and a number NaN, where the
     /// verdict does not have it.
     ///
     /// ```
-    /// use standfast::body::{Chain, ChainFields, Foot, Joint, Link};
+    /// use standfast::body::{Chain, ChainFields, Foot, HoldingChoice, Joint, Link};
     /// use standfast::sweep::{Axis, Column, Quantity, Sweep};
     ///
     /// let leg = Link::uniform(1.0, 1.0);
@@ -458,22 +459,22 @@ impl Sweep {
     /// })?;
     /// let q = [0.0, 0.0, -1.5, -0.5, 0.5];
     /// let axis = Axis::of_chain("base.angle", vec![-1.6, -0.9], &biped, &q)?;
-    /// let sweep = Sweep::of_chain(&biped, &q, true, vec![axis], vec![Quantity::parse("equilibrium")?])?;
+    /// let sweep = Sweep::of_chain(&biped, &q, Some(HoldingChoice::Least), vec![axis], vec![Quantity::parse("equilibrium")?])?;
     /// assert_eq!(sweep.run(0..2, 1, &|| false)?, vec![Column::Flags(vec![true, false])]);
     /// # Ok::<(), standfast::Error>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// As [`new`](Self::new); where `hold` is true and an axis is the torque of a joint; and quantities that need a start.
+    /// As [`new`](Self::new); where `hold` is not `None` and an axis is the torque of a joint; and quantities that need a start.
     pub fn of_chain(
         chain: &Chain,
         q: &[f64],
-        hold: bool,
+        hold: Option<HoldingChoice>,
         axes: Vec<Axis>,
         quantities: Vec<Quantity>,
     ) -> Result<Self, Error> {
-        if let Some(axis) = axes.iter().find(|axis| hold && axis.field.is_torque()) {
+        if let Some(axis) = axes.iter().find(|axis| hold.is_some() && axis.field.is_torque()) {
             let allowed = "a parameter that is no torque, because all joints have the torques that hold the chain";
             return Err(unusable("over", &format!("{:?}", axis.path), allowed));
         }
@@ -743,7 +744,8 @@ mod tests {
         let asked = || vec![Quantity::parse("stability").unwrap()];
         let error = Sweep::new(&rod(), vec![of_chain], asked()).unwrap_err().to_string();
         assert!(error.starts_with("over = \"base.angle\" cannot be used"), "{error}");
-        let error = Sweep::of_chain(&chain, &q, true, vec![of_rod], asked()).unwrap_err();
+        let error = Sweep::of_chain(&chain, &q, Some(HoldingChoice::Least), vec![of_rod], asked())
+            .unwrap_err();
         assert!(error.to_string().starts_with("over = \"contacts.2.slope\""), "{error}");
     }
 

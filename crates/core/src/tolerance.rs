@@ -142,6 +142,10 @@ pub(crate) const RIGID_ROWS: f64 = 1e-12;
 /// forces without cones from their cone. The value is above the rounding error of its few operations. Range: 1e-14 to 1e-9.
 pub(crate) const CONE_SLACK: f64 = 1e-12;
 
+/// Weight of a row of a friction cone at the least torques, up to which the row may be no equation there. Unit: largest weight of a row. Weights
+/// have rounding errors of about ε times the condition number of the rows. Range: 1e-12 to 1e-6.
+pub(crate) const ROW_WEIGHT: f64 = 1e-9;
+
 /// Component of the unit vector of internal forces and torques that counts as zero where its sign is chosen. The value is above the rounding
 /// error of a component. Range: 1e-14 to 1e-6.
 pub(crate) const INTERNAL_COMPONENT: f64 = 1e-9;

@@ -10,8 +10,8 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use nalgebra::{DMatrix, DVector, Vector2};
 use random::Random;
 use standfast::body::{
-    Base, Chain, ChainFields, Foot, GroundKind, HoldingTorques, Joint, JointKind, Link, Mechanism,
-    MechanismFields,
+    Base, Chain, ChainFields, Foot, GroundKind, HoldingChoice, HoldingTorques, Joint, JointKind,
+    Link, Mechanism, MechanismFields,
 };
 use standfast::{Contact, Posture, PostureFields};
 
@@ -43,6 +43,8 @@ fn w(mechanism: &Mechanism, i: usize, j: usize) -> f64 {
     mechanism.contact_space().w()[(ORDER[i - 1], ORDER[j - 1])]
 }
 
+const LEAST: HoldingChoice = HoldingChoice::Least;
+
 fn close(value: f64, expected: f64, tolerance: f64) {
     assert!((value - expected).abs() <= tolerance, "{value} {expected}");
 }
@@ -69,14 +71,13 @@ fn a_biped() {
     close(one, 0.8785943811, 1e-9);
     close(two, 0.6080259568, 1e-9);
 
-    let held = with(Joint::torque()).holding_torques(&q, None).unwrap().expect("it stands");
-    close(held.free_torques[0], 16.148336405, 1e-9);
-    close(held.free_torques[1], -16.148336405, 1e-9);
-    let mut torqued = biped(Joint::torque(), [0.3, -0.25], 0.5);
-    for (joint, torque) in torqued.joints.iter_mut().zip(&held.free_torques) {
-        joint.torque = *torque;
-    }
-    let torqued = chain(torqued).mechanism(&q).unwrap();
+    // The torques of the least |τ|² + |f|² without cones.
+    let torqued = with(Joint::torque());
+    let (e, h) = equations(&torqued, &q);
+    let least = e.svd(true, true).solve(&h, 1e-12).unwrap();
+    close(least[0], 16.148336405, 1e-9);
+    close(least[1], -16.148336405, 1e-9);
+    let torqued = torqued.mechanism_under(&q, &[least[0], least[1]]).unwrap();
     assert_eq!(torqued.contact_space().rank(), 4);
     for (i, j, value) in [(1, 1, 1.306920593), (1, 2, -0.02840302), (3, 3, 1.803376937)] {
         close(w(&torqued, i, j), value, 1e-9);
@@ -481,27 +482,93 @@ fn vertices(chain: &Chain, q: &[f64], torques: usize) -> Option<(DVector<f64>, D
     found
 }
 
-/// Checks (τ, f) of least norm by the conditions of Karush, Kuhn and Tucker: w = Eᵀν + Gᵀλ with λ ≥ 0 on the active rows of the cones.
+/// Distance of `target` from the set of all Σ ν_i e_i + Σ λ_k a_k with λ ≥ 0: e_i are taken out by projection, λ by an active set
+/// [Lawson & Hanson 1974, chapter 23].
+fn distance(target: &DVector<f64>, equations: &[DVector<f64>], active: &[DVector<f64>]) -> f64 {
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    for row in equations {
+        let mut rest = row / row.norm().max(1e-300);
+        for _ in 0..2 {
+            basis.iter().for_each(|axis| rest -= axis * axis.dot(&rest));
+        }
+        if rest.norm() > 1e-10 {
+            basis.push(rest.normalize());
+        }
+    }
+    let projected = |vector: &DVector<f64>| {
+        let mut rest = vector.clone();
+        for _ in 0..2 {
+            basis.iter().for_each(|axis| rest -= axis * axis.dot(&rest));
+        }
+        rest
+    };
+    let columns: Vec<DVector<f64>> = active.iter().map(projected).collect();
+    let target = projected(target);
+    let solved = |chosen: &[usize]| {
+        if chosen.is_empty() {
+            return DVector::zeros(0);
+        }
+        let matrix =
+            DMatrix::from_columns(&chosen.iter().map(|&k| columns[k].clone()).collect::<Vec<_>>());
+        matrix.svd(true, true).solve(&target, 1e-13).unwrap()
+    };
+    let mut weights = vec![0.0_f64; columns.len()];
+    let mut chosen: Vec<usize> = Vec::new();
+    let mut residual = target.clone();
+    for _ in 0..10 * columns.len() {
+        let gain = |k: usize| columns[k].dot(&residual) / columns[k].norm().max(1e-10);
+        let best = (0..columns.len())
+            .filter(|k| !chosen.contains(k))
+            .max_by(|&i, &j| gain(i).total_cmp(&gain(j)));
+        let Some(next) = best.filter(|&k| gain(k) > 1e-12 * target.norm()) else { break };
+        chosen.push(next);
+        loop {
+            let wanted = solved(&chosen);
+            let step = chosen
+                .iter()
+                .zip(wanted.iter())
+                .filter(|(_, want)| **want <= 0.0)
+                .map(|(&k, want)| weights[k] / (weights[k] - want))
+                .fold(1.0, f64::min);
+            for (&k, want) in chosen.iter().zip(wanted.iter()) {
+                weights[k] += step * (want - weights[k]);
+            }
+            if step == 1.0 {
+                break;
+            }
+            chosen.retain(|&k| weights[k] > 1e-14);
+        }
+        residual = target.clone();
+        (0..columns.len()).for_each(|k| residual -= &columns[k] * weights[k]);
+    }
+    residual.norm()
+}
+
+/// Checks the least |τ|², and of these the least |f|², by the conditions of Karush, Kuhn and Tucker: (τ, 0) = Eᵀν + Gᵀλ with λ ≥ 0 on the
+/// active rows of the cones, and f = E_fᵀν + G_fᵀλ.
 fn is_least(chain: &Chain, q: &[f64], held: &HoldingTorques, case: usize) {
     let (e, h) = equations(chain, q);
     let w = stacked(&held.torques, &held.forces);
+    let torques = held.torques.len();
     let size = w.amax().max(1.0);
     assert!((&e * &w - &h).amax() < 1e-11 * size, "{case}: {:e}", (&e * &w - &h).amax());
-    let (inward, zero) = cone_rows(chain, held.torques.len());
+    let (inward, zero) = cone_rows(chain, torques);
     assert!(inward.iter().all(|row| row.dot(&w) > -1e-11 * size), "{case}");
     assert!(zero.iter().all(|row| row.dot(&w) == 0.0), "{case}");
-    let active: Vec<&DVector<f64>> =
-        inward.iter().filter(|row| row.dot(&w) < 1e-9 * size).collect();
-    let mut columns: Vec<DVector<f64>> = e.row_iter().map(|row| row.transpose()).collect();
-    let first = columns.len() + zero.len();
-    columns.extend(zero.iter().cloned().chain(active.iter().map(|row| (*row).clone())));
-    let all = DMatrix::from_columns(&columns);
-    let multipliers = all.clone().svd(true, true).solve(&w, 1e-12).unwrap();
-    assert!((&all * &multipliers - &w).amax() < 1e-8 * size, "{case}: not stationary");
-    assert!(
-        multipliers.rows(first, active.len()).iter().all(|x| *x > -1e-8 * size),
-        "{case}: {multipliers}"
-    );
+    let active: Vec<DVector<f64>> =
+        inward.into_iter().filter(|row| row.dot(&w) < 1e-9 * size).collect();
+    let mut rows: Vec<DVector<f64>> = e.row_iter().map(|row| row.transpose()).collect();
+    rows.extend(zero);
+    let mut gradient = w.clone();
+    gradient.rows_mut(torques, w.len() - torques).fill(0.0);
+    let miss = distance(&gradient, &rows, &active);
+    assert!(miss < 1e-7 * size, "{case}: least torques {miss:e} of {size}");
+    let forces = |rows: &[DVector<f64>]| -> Vec<DVector<f64>> {
+        rows.iter().map(|row| row.rows(torques, w.len() - torques).into_owned()).collect()
+    };
+    let own = w.rows(torques, w.len() - torques).into_owned();
+    let miss = distance(&own, &forces(&rows), &forces(&active));
+    assert!(miss < 1e-7 * size, "{case}: least forces {miss:e} of {size}");
 }
 
 #[test]
@@ -515,7 +582,7 @@ fn holding_torques_of_random_chains() {
             false => Joint::locked(),
         });
         let whole = chain(fields.clone());
-        let held = whole.holding_torques(&q, None).unwrap();
+        let held = whole.holding_torques(&q, None, LEAST).unwrap();
         let torques = fields.joints.iter().filter(|joint| joint.kind == JointKind::Torque).count();
         let corners = vertices(&whole, &q, torques);
         let Some(held) = held else {
@@ -550,26 +617,62 @@ fn holding_torques_of_random_chains() {
             }
         }
         let free = stacked(&held.free_torques, &held.free_forces);
-        assert!(free.norm() <= w.norm() * (1.0 + 1e-12), "{case}");
         let (e, h) = equations(&whole, &q);
         assert!((&e * &free - &h).amax() < 1e-11 * size, "{case}");
+        let norm = |torques: &[f64]| torques.iter().map(|x| x * x).sum::<f64>();
+        assert!(norm(&held.free_torques) <= norm(&held.torques) + 1e-12 * size * size, "{case}");
         assert_eq!(held.internal_force.is_some(), held.freedom == 1);
+        let middle =
+            whole.holding_torques(&q, None, HoldingChoice::Middle).unwrap().expect("it is held");
         if let Some([s_low, s_high]) = held.internal_force {
             let unit = stacked(&held.internal_torques, &held.internal_forces);
-            close(unit.norm(), 1.0, 1e-14);
-            assert!((&e * &unit).amax() < 1e-12, "{case}");
+            let (own, all) = (norm(&held.internal_torques), unit.norm_squared());
+            close(if own < 1e-12 * all { all } else { own }, 1.0, 1e-12);
+            assert!((&e * &unit).amax() < 1e-11 * unit.amax(), "{case}");
             let first = unit.iter().find(|x| x.abs() > 1e-9).unwrap();
             assert!(*first > 0.0, "{case}");
-            let s = (&w - &free).dot(&unit);
+            let s = (&w - &free).dot(&unit) / all;
             close(s, 0.0_f64.clamp(s_low, s_high), 1e-9 * size);
+            let at = |s: f64, k: usize| {
+                if unit[k].abs() < 1e-9 { free[k] } else { free[k] + s * unit[k] }
+            };
+            let slack = 1e-8 * size;
             for k in 0..w.len() {
-                let at =
-                    |s: f64| if unit[k].abs() < 1e-9 { free[k] } else { free[k] + s * unit[k] };
-                let (one, two) = (at(s_low), at(s_high));
-                let slack = 1e-8 * size;
+                let (one, two) = (at(s_low, k), at(s_high, k));
                 let same =
                     |x: f64, y: f64| x == y || (x - y).abs() <= slack * (1.0 + x.abs() / size);
                 assert!(same(low[k], one.min(two)) && same(high[k], one.max(two)), "{case}");
+            }
+            let half = 0.5 * (s_low + s_high);
+            if half.is_finite() {
+                let found = stacked(&middle.torques, &middle.forces);
+                (0..w.len()).for_each(|k| close(found[k], at(half, k), slack));
+            } else {
+                assert_eq!(middle, held);
+            }
+        } else {
+            assert_eq!(middle, held);
+        }
+        // Feet, links and gravity in other units of length: the torques are those of the new unit.
+        if case % 10 == 0 {
+            let scale = 1000.0;
+            let mut fields = fields.clone();
+            fields.gravity *= scale;
+            for link in &mut fields.links {
+                link.length *= scale;
+                link.center = link.center.map(|at| at * scale);
+                link.inertia *= scale * scale;
+            }
+            fields.joints.iter_mut().for_each(|joint| joint.at = joint.at.map(|at| at * scale));
+            fields.feet.iter_mut().for_each(|foot| foot.at = foot.at.map(|at| at * scale));
+            let mut q = q.clone();
+            (0..fields.links.len() + 2 - fields.links.len()).for_each(|k| q[k] *= scale);
+            let other =
+                chain(fields).holding_torques(&q, None, LEAST).unwrap().expect("it is held");
+            let factor = scale * scale;
+            let largest = held.torques.iter().fold(size, |a, b| a.max(b.abs()));
+            for (one, two) in held.torques.iter().zip(&other.torques) {
+                close(one * factor, *two, 1e-9 * largest * factor);
             }
         }
     }
@@ -581,19 +684,20 @@ fn holding_torques_of_random_chains() {
 fn forces_of_some_feet() {
     let q = [0.0, 0.0, 0.05, -0.4, 0.5];
     let whole = chain(biped(Joint::torque(), [0.1, -0.2], 0.9));
-    let both = whole.holding_torques(&q, None).unwrap().expect("it stands");
-    assert_eq!(whole.holding_torques(&q, Some(&[1, 2])).unwrap(), Some(both));
-    let turned = whole.holding_torques(&q, Some(&[2, 1])).unwrap().expect("it stands");
+    let both = whole.holding_torques(&q, None, LEAST).unwrap().expect("it stands");
+    assert_eq!(whole.holding_torques(&q, Some(&[1, 2]), LEAST).unwrap(), Some(both));
+    let turned = whole.holding_torques(&q, Some(&[2, 1]), LEAST).unwrap().expect("it stands");
     assert_eq!(turned.contacts, [2, 1]);
-    assert_eq!(whole.holding_torques(&q, Some(&[1])).unwrap(), None);
+    assert_eq!(whole.holding_torques(&q, Some(&[1]), LEAST).unwrap(), None);
     // One foot under the centre of mass carries the weight of 120 N.
     let upright = [0.0, 0.0, 0.0, 0.0, 0.0];
     let whole = chain(ChainFields { gravity: 10.0, ..biped(Joint::torque(), [0.0, 0.0], 0.5) });
-    let held = whole.holding_torques(&upright, Some(&[2])).unwrap().expect("it stands on one foot");
+    let held =
+        whole.holding_torques(&upright, Some(&[2]), LEAST).unwrap().expect("it stands on one foot");
     assert_eq!((held.forces, held.freedom), (vec![[0.0, 120.0]], 0));
     assert_eq!(held.torques, [0.0, 0.0]);
     for wrong in [&[3][..], &[1, 1], &[0]] {
-        let error = whole.holding_torques(&upright, Some(wrong)).unwrap_err();
+        let error = whole.holding_torques(&upright, Some(wrong), LEAST).unwrap_err();
         assert!(error.to_string().contains("different feet, from 1 to 2"), "{error}");
     }
 }

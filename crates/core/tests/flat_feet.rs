@@ -8,7 +8,7 @@ use std::f64::consts::FRAC_PI_2;
 
 use random::Random;
 use standfast::body::{
-    Chain, ChainFields, ContactRows, Foot, Joint, Link, Mechanism, MechanismFields,
+    Chain, ChainFields, ContactRows, Foot, HoldingChoice, Joint, Link, Mechanism, MechanismFields,
 };
 use standfast::options::Stop;
 use standfast::outcome::{Cause, Phase};
@@ -226,7 +226,10 @@ fn flat_footed(random: &mut Random) -> Option<Mechanism> {
     };
     let [a, b] = legs;
     let q = [0.0, 0.0, turn, a, b, -turn - a, -turn - b];
-    let held = Chain::new(fields.clone()).unwrap().holding_torques(&q, None).unwrap()?;
+    let held = Chain::new(fields.clone())
+        .unwrap()
+        .holding_torques(&q, None, HoldingChoice::Least)
+        .unwrap()?;
     for (joint, torque) in fields.joints.iter_mut().zip(&held.free_torques) {
         joint.torque = *torque;
     }

@@ -3,12 +3,14 @@
 use numpy::{PyArray1, PyArrayDyn, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use standfast::body::{Chain, ChainFields, Foot, HoldingTorques, Joint, JointKind, Link, MAX_DOF};
+use standfast::body::{Chain, ChainFields, Foot, HoldingChoice, Joint, JointKind, Link, MAX_DOF};
 
-use crate::convert::{array, call, counted, float, question, word};
+use crate::convert::{array, call, float, question, word};
 use crate::error::to_py;
+use crate::holding::{PyHoldingTorques, choice, numbers, pairs};
 use crate::input;
 use crate::mechanism::PyMechanism;
+use crate::posture::PyPosture;
 
 /// A straight link of a chain. `Chain` checks the values.
 ///
@@ -159,9 +161,9 @@ impl PyJoint {
     }
 }
 
-/// A point of a link on its ground, a straight line of `slope` through the point. `Chain` checks the values.
+/// A point of a link on its ground, a straight line of `slope`, or a disc about such a point. A flat foot has two of them on its link. `Chain` checks the values.
 ///
-/// link : number of the link, from 1. at : m, along the link from its near end; None: its far end. slope : rad in (−π, π], as of Contact.
+/// link : number of the link, from 1. at : m, along the link from its near end; None: its far end. radius : m, ≥ 0, of the disc; 0: a point. slope : rad in (−π, π], as of Contact.
 /// friction : μ, from 0 to 1e6. restitution : in [0, 1], or None for that of the chain. tangential_restitution : in [0, 1).
 ///
 /// >>> import standfast as sf
@@ -175,10 +177,11 @@ pub(crate) struct PyFoot(Foot);
 impl PyFoot {
     #[new]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
-    #[pyo3(signature = (link, *, at=None, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, **unknown), text_signature = "(link, *, at=None, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0)")]
+    #[pyo3(signature = (link, *, at=None, radius=0.0, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0, **unknown), text_signature = "(link, *, at=None, radius=0.0, slope=0.0, friction=0.0, restitution=None, tangential_restitution=0.0)")]
     fn new(
         #[pyo3(from_py_with = link)] link: usize,
         #[pyo3(from_py_with = input::at)] at: Option<f64>,
+        #[pyo3(from_py_with = input::radius)] radius: f64,
         #[pyo3(from_py_with = input::slope)] slope: f64,
         #[pyo3(from_py_with = input::friction)] friction: f64,
         #[pyo3(from_py_with = input::own_restitution)] restitution: Option<f64>,
@@ -186,7 +189,7 @@ impl PyFoot {
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         input::no_keywords("Foot", unknown)?;
-        Ok(Self(Foot { link, at, slope, friction, restitution, tangential_restitution }))
+        Ok(Self(Foot { link, at, radius, slope, friction, restitution, tangential_restitution }))
     }
 
     #[getter]
@@ -197,6 +200,11 @@ impl PyFoot {
     #[getter]
     fn at(&self) -> Option<f64> {
         self.0.at
+    }
+
+    #[getter]
+    fn radius(&self) -> f64 {
+        self.0.radius
     }
 
     #[getter]
@@ -225,6 +233,7 @@ impl PyFoot {
         if let Some(at) = f.at {
             text += &format!(", at={}", float(at));
         }
+        text += &given("radius", f.radius);
         text += &given("slope", f.slope);
         text += &given("friction", f.friction);
         if let Some(e) = f.restitution {
@@ -237,6 +246,7 @@ impl PyFoot {
         let keywords = PyDict::new(py);
         keywords.set_item("link", self.0.link)?;
         keywords.set_item("at", self.0.at)?;
+        keywords.set_item("radius", self.0.radius)?;
         keywords.set_item("slope", self.0.slope)?;
         keywords.set_item("friction", self.0.friction)?;
         keywords.set_item("restitution", self.0.restitution)?;
@@ -329,31 +339,59 @@ impl PyChain {
 
     /// The Mechanism of this chain at q : (dof,) m, rad. Locked joints are its locked coordinates.
     ///
+    /// torques : None, the joints have their own torques; "holding" or "least", those of `holding_torques`, its choice or the least ones; or an
+    /// array, N m, one for each joint of kind "torque". Returns None if no torques hold the chain, which are asked for.
+    ///
     /// Raises ValueError for a q that is not finite or has angles beyond ±2π, a mass matrix that is not positive definite, or no feet.
+    #[pyo3(signature = (q, torques=None))]
     fn mechanism(
         &self,
         #[pyo3(from_py_with = input::coordinates)] q: Vec<f64>,
-    ) -> PyResult<PyMechanism> {
-        self.0.mechanism(&q).map(PyMechanism).map_err(|e| to_py(&e))
+        torques: Option<&Bound<'_, PyAny>>,
+    ) -> PyResult<Option<PyMechanism>> {
+        let made = match torques.map(torques_of).transpose()? {
+            None => self.0.mechanism(&q),
+            Some(Torques::Given(torques)) => self.0.mechanism_under(&q, &torques),
+            Some(Torques::Holding(choice)) => {
+                let held = self.0.holding_torques(&q, None, choice).map_err(|e| to_py(&e))?;
+                let Some(held) = held else { return Ok(None) };
+                self.0.mechanism_under(&q, &held.torques)
+            }
+        };
+        made.map(|made| Some(PyMechanism(made))).map_err(|e| to_py(&e))
+    }
+
+    /// This chain at q : (dof,) with all joints locked, as a Posture: a rigid body that stands on its feet.
+    ///
+    /// Raises ValueError as `mechanism` does, and for a pinned chain, which does not move if its joints are locked.
+    fn posture(
+        &self,
+        #[pyo3(from_py_with = input::coordinates)] q: Vec<f64>,
+    ) -> PyResult<PyPosture> {
+        self.0.posture(&q).map(PyPosture).map_err(|e| to_py(&e))
     }
 
     /// The joint torques and contact forces that hold the chain at q : (dof,) without motion, as HoldingTorques; None if there are none.
     ///
-    /// contacts : numbers of the feet that carry forces, from 1; None: all.
+    /// contacts : numbers of the feet that carry forces, from 1; None: all. choose : "middle", the middle of `internal_force` if there is one internal force
+    /// with a bounded interval, otherwise as "least"; or "least", the least Σ τ² within the friction cones, and with these torques the least
+    /// forces. The least torques often put a contact on the border of its cone.
     ///
     /// >>> import standfast as sf
     /// >>> rod = sf.Link(mass=1, inertia=1/12, length=1)
     /// >>> arm = sf.Chain("pinned", [rod, rod], [sf.Joint("torque"), sf.Joint("torque")], gravity=10)
     /// >>> arm.holding_torques([0, 0]).torques         # stretched out: mg(1/2 + 3/2) and mg/2
     /// array([20.,  5.])
-    #[pyo3(signature = (q, contacts=None))]
+    #[pyo3(signature = (q, contacts=None, choose=HoldingChoice::Middle), text_signature = "(q, contacts=None, choose=\"middle\")")]
     fn holding_torques(
-        &self,
+        slf: &Bound<'_, Self>,
         #[pyo3(from_py_with = input::coordinates)] q: Vec<f64>,
         #[pyo3(from_py_with = numbers)] contacts: Option<Vec<usize>>,
+        #[pyo3(from_py_with = choice)] choose: HoldingChoice,
     ) -> PyResult<Option<PyHoldingTorques>> {
-        let held = self.0.holding_torques(&q, contacts.as_deref()).map_err(|e| to_py(&e))?;
-        Ok(held.map(|held| PyHoldingTorques { held, chain: self.clone(), q }))
+        let held = slf.get().0.holding_torques(&q, contacts.as_deref(), choose);
+        let held = held.map_err(|e| to_py(&e))?;
+        held.map(|held| PyHoldingTorques::new(held, choose, slf, q)).transpose()
     }
 
     /// Where the chain is at q : (dof,): near and far end of each link, (links, 2, 2) m, and the points of the feet, (feet, 2) m.
@@ -419,134 +457,9 @@ impl PyChain {
     }
 }
 
-/// The torques of the joints of kind "torque" and the forces of contacts that hold a chain at rest.
-///
-/// torques, forces : the solution with the least Σ τ² + Σ f² within the friction cones. torque_interval, force_low, force_high : the bounds of
-/// all solutions. Forces are (tangential, normal), N; torques N m.
-///
-/// >>> import math
-/// >>> import standfast as sf
-/// >>> leg = sf.Link(mass=1, inertia=1/12, length=1)
-/// >>> legs = sf.Chain(links=[leg, leg], joints=[sf.Joint("torque", at=0)], gravity=10,
-/// ...                 feet=[sf.Foot(1, friction=0.5), sf.Foot(2, friction=0.5)])
-/// >>> held = legs.holding_torques([0, 0, math.radians(-120), math.radians(60)])
-/// >>> held.forces.round(9)[:, 1], held.freedom
-/// (array([10., 10.]), 1)
-/// >>> held.torque_interval.round(3)
-/// array([[-6.83, ...
-#[pyclass(frozen, name = "HoldingTorques", module = "standfast")]
-pub(crate) struct PyHoldingTorques {
-    held: HoldingTorques,
-    chain: PyChain,
-    q: Vec<f64>,
-}
-
-#[pymethods]
-impl PyHoldingTorques {
-    /// Numbers of the joints with a torque, from 1: the order of the torques.
-    #[getter]
-    fn joints(&self) -> Vec<usize> {
-        self.held.joints.clone()
-    }
-
-    /// Numbers of the contacts that carry forces, from 1: the order of the forces.
-    #[getter]
-    fn contacts(&self) -> Vec<usize> {
-        self.held.contacts.clone()
-    }
-
-    /// Torques of the least solution, (joints,).
-    #[getter]
-    fn torques<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.held.torques.to_pyarray(py)
-    }
-
-    /// Forces of the least solution, (contacts, 2).
-    #[getter]
-    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        pairs(py, &self.held.forces)
-    }
-
-    /// Least and largest torque of each joint, (joints, 2); ±inf where there is no bound.
-    #[getter]
-    fn torque_interval<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        pairs(py, &self.held.torque_interval)
-    }
-
-    /// Least force of each contact, (contacts, 2); −inf where there is no bound.
-    #[getter]
-    fn force_low<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        pairs(py, &self.held.force_low)
-    }
-
-    /// Largest force of each contact, (contacts, 2); inf where there is no bound.
-    #[getter]
-    fn force_high<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        pairs(py, &self.held.force_high)
-    }
-
-    /// Dimension of the family of torques and forces that satisfy the equations, whatever the cones.
-    #[getter]
-    fn freedom(&self) -> usize {
-        self.held.freedom
-    }
-
-    /// The interval (low, high) of s in which free + s · internal lies in the cones, if freedom is 1; else None.
-    #[getter]
-    fn internal_force(&self) -> Option<(f64, f64)> {
-        self.held.internal_force.map(Into::into)
-    }
-
-    /// Torques of the least solution without cones, (joints,).
-    #[getter]
-    fn free_torques<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.held.free_torques.to_pyarray(py)
-    }
-
-    /// Its forces, (contacts, 2).
-    #[getter]
-    fn free_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        pairs(py, &self.held.free_forces)
-    }
-
-    /// Torques of the unit vector (torques, forces) in which the family extends, (joints,), if freedom is 1; else empty. Its first component that
-    /// is not zero is positive.
-    #[getter]
-    fn internal_torques<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.held.internal_torques.to_pyarray(py)
-    }
-
-    /// Forces of this vector, (contacts, 2) or empty.
-    #[getter]
-    fn internal_forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        pairs(py, &self.held.internal_forces)
-    }
-
-    fn __repr__(&self) -> String {
-        let joints = counted(self.held.joints.len(), "torque");
-        let contacts = counted(self.held.contacts.len(), "contact");
-        format!("<HoldingTorques: {joints}, {contacts}, freedom {}>", self.held.freedom)
-    }
-
-    /// Asking again gives the same answer to the last bit.
-    #[allow(clippy::type_complexity, reason = "the arguments of the question")]
-    fn __reduce__<'py>(
-        &self,
-        py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyAny>, (Vec<f64>, Vec<usize>))> {
-        let method = self.chain.clone().into_pyobject(py)?.getattr("holding_torques")?;
-        Ok((method, (self.q.clone(), self.contacts())))
-    }
-}
-
 /// A keyword of a repr, unless its value is zero.
 fn given(name: &str, value: f64) -> String {
     if value == 0.0 { String::new() } else { format!(", {name}={}", float(value)) }
-}
-
-/// Pairs as an array of shape (n, 2).
-fn pairs<'py>(py: Python<'py>, of: &[[f64; 2]]) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-    array(py, of.as_flattened().to_vec(), &[of.len(), 2])
 }
 
 /// Reads the number of a parent link, or None.
@@ -563,13 +476,24 @@ fn number_of_link(field: &str, value: &Bound<'_, PyAny>) -> PyResult<usize> {
     input::whole(field, value, 1..=MAX_DOF)
 }
 
-/// Reads the numbers of contacts, or None.
-fn numbers(value: &Bound<'_, PyAny>) -> PyResult<Option<Vec<usize>>> {
-    if value.is_none() {
-        return Ok(None);
+/// The torques of a chain.
+enum Torques {
+    Given(Vec<f64>),
+    Holding(HoldingChoice),
+}
+
+/// Reads "holding", "least" or an array.
+fn torques_of(value: &Bound<'_, PyAny>) -> PyResult<Torques> {
+    match value.extract::<String>().as_deref() {
+        Ok("holding") => Ok(Torques::Holding(HoldingChoice::Middle)),
+        Ok("least") => Ok(Torques::Holding(HoldingChoice::Least)),
+        Ok(_) => Err(input::not_allowed(
+            "torques",
+            value,
+            "None, 'holding', 'least' or an array is needed",
+        )),
+        Err(_) => input::torques(value).map(Torques::Given),
     }
-    input::sequence("contacts", value, |field, item| input::whole(field, item, 0..=usize::MAX))
-        .map(Some)
 }
 
 fn links(value: &Bound<'_, PyAny>) -> PyResult<Vec<Link>> {

@@ -22,6 +22,11 @@ fn unusable(field: &str, value: &Bound<'_, PyAny>, allowed: impl Into<String>) -
     Error::Unusable { field: field.into(), value: text, allowed: allowed.into() }
 }
 
+/// A value of the right type that is not allowed.
+pub(crate) fn not_allowed(field: &str, value: &Bound<'_, PyAny>, allowed: &str) -> PyErr {
+    to_py(&unusable(field, value, allowed))
+}
+
 pub(crate) fn wrong_type(
     field: &str,
     value: &Bound<'_, PyAny>,
@@ -264,13 +269,13 @@ arguments! {
     real -> f64: inertia, torque, angle, surface_speed, scale;
     per_piece -> Vec<Option<f64>>: terrain_friction, terrain_restitution, terrain_speed;
     optional -> Option<f64>: time_limit, sensitivity_limit, center, at, duration, at_most;
-    series -> Vec<f64>: normal, tangential, load;
+    series -> Vec<f64>: normal, tangential, load, torques;
     reals -> [f64; 2]: impulse, force, direction, point, segment, center_of_mass, psi, phi, gaps, rates;
     reals -> [f64; 3]: q, qdot, wrench, free_acceleration;
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
     count -> usize: contact, event_limit, seed, scan;
-    word -> &'a str: base, kind, ground, interpolation, model, impact, stop, edges, jams, method, level, clock;
+    word -> &'a str: base, kind, ground, interpolation, model, impact, stop, edges, jams, method, level, clock, choose;
     some_word -> Option<&'a str>: simultaneous;
     flag -> bool: record, certify;
 }

@@ -7,6 +7,7 @@ mod error;
 mod files;
 mod convert;
 mod interrupt;
+mod holding;
 mod input;
 mod lists;
 mod options;
@@ -37,7 +38,7 @@ mod _core {
     #[pymodule_export]
     use crate::batch::{PyRuns, simulate_many};
     #[pymodule_export]
-    use crate::chain::{PyChain, PyFoot, PyHoldingTorques, PyJoint, PyLink};
+    use crate::chain::{PyChain, PyFoot, PyJoint, PyLink};
     #[pymodule_export]
     use crate::enclosure::PyEnclosure;
     #[pymodule_export]
@@ -46,6 +47,8 @@ mod _core {
     use crate::excitation::{PyForce, PyGroundMotion, PyKick};
     #[pymodule_export]
     use crate::files::write_whole;
+    #[pymodule_export]
+    use crate::holding::PyHoldingTorques;
     #[pymodule_export]
     use crate::local_model::PyLocalModel;
     #[pymodule_export]

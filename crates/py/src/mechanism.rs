@@ -4,10 +4,11 @@ use numpy::{PyArray1, PyArrayDyn, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use standfast::Error;
-use standfast::body::{ContactRows, MAX_DOF, Mechanism, MechanismFields};
+use standfast::body::{ContactRows, HoldingChoice, MAX_DOF, Mechanism, MechanismFields};
 
 use crate::convert::{array, counted, float, local_model, numbers_text, question};
 use crate::error::to_py;
+use crate::holding::{PyHoldingTorques, choice, numbers};
 use crate::input;
 use crate::posture::{PyPosture, posture};
 
@@ -203,6 +204,42 @@ impl PyMechanism {
         PyContactSpace(self.clone())
     }
 
+    /// The rigid body that the mechanism is with all joints locked, a Posture, with the point of which (x, y) are the coordinates at the origin. θ has to
+    /// be counterclockwise in the plane of x and y. Its contacts are points: the rows do not have the radius of a round foot, which turns over its ground
+    /// in motions by whole angles.
+    ///
+    /// Raises ValueError if the coordinates that are not locked are not those (x, y, θ) of a rigid body under gravity.
+    fn posture(&self) -> PyResult<PyPosture> {
+        self.0.posture().map(PyPosture).map_err(|e| to_py(&e))
+    }
+
+    /// The torques of `joints` that hold the mechanism without motion, to be added to the load, and the contact forces, as HoldingTorques; None if
+    /// there are none. With the load −h they are the torques τ of the joints.
+    ///
+    /// joints : coordinates with a torque, from 0; the other ones that are not locked have none, such as those of a floating base. contacts : numbers of
+    /// the contacts that carry forces, from 1; None: all. choose : "middle", the middle of `internal_force` if there is one internal force with
+    /// a bounded interval, otherwise as "least"; or "least", the least Σ τ² within the friction cones, and with these torques the least forces.
+    /// The least torques often put a contact on the border of its cone. Where forces and moments are mixed among the joints, Σ τ² depends on the unit of length.
+    ///
+    /// Raises ValueError naming `joints` or `contacts`.
+    ///
+    /// >>> import standfast as sf
+    /// >>> foot = sf.ContactRows([0, 1, 0], [1, 0, 0], friction=0.5)             # coordinates x, y, and the height of a lift on the body
+    /// >>> lift = sf.Mechanism([[3, 0, 0], [0, 3, 1], [0, 1, 1]], [0, -30, -10], [foot])
+    /// >>> lift.holding_torques([2])
+    /// <HoldingTorques: torques [10] N m, forces [(0, 30)] N, freedom 0>
+    #[pyo3(signature = (joints, contacts=None, choose=HoldingChoice::Middle), text_signature = "(joints, contacts=None, choose=\"middle\")")]
+    fn holding_torques(
+        slf: &Bound<'_, Self>,
+        #[pyo3(from_py_with = joints)] joints: Vec<usize>,
+        #[pyo3(from_py_with = numbers)] contacts: Option<Vec<usize>>,
+        #[pyo3(from_py_with = choice)] choose: HoldingChoice,
+    ) -> PyResult<Option<PyHoldingTorques>> {
+        let held = slf.get().0.holding_torques(&joints, contacts.as_deref(), choose);
+        let held = held.map_err(|e| to_py(&e))?;
+        held.map(|held| PyHoldingTorques::new(held, choose, slf, joints)).transpose()
+    }
+
     /// The frictionless local model of the two gaps, with phi = (0, 0). Two contacts only.
     fn local<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         local_model(py, &self.0.local().map_err(|e| to_py(&e))?)
@@ -301,4 +338,24 @@ fn contacts(value: &Bound<'_, PyAny>) -> PyResult<Vec<ContactRows>> {
 /// Reads the locked coordinates.
 fn locked(value: &Bound<'_, PyAny>) -> PyResult<Vec<usize>> {
     input::sequence("locked", value, |field, item| input::whole(field, item, 0..=MAX_DOF - 1))
+}
+
+/// Reads the coordinates of joints.
+fn joints(value: &Bound<'_, PyAny>) -> PyResult<Vec<usize>> {
+    input::sequence("joints", value, |field, item| input::whole(field, item, 0..=MAX_DOF - 1))
+}
+
+/// Reads a posture, or a mechanism that is a rigid body.
+pub(crate) fn body(value: &Bound<'_, PyAny>) -> PyResult<PyPosture> {
+    if let Ok(mechanism) = value.cast::<PyMechanism>() {
+        return mechanism.get().0.posture().map(PyPosture).map_err(|e| to_py(&e));
+    }
+    let posture = value.cast::<PyPosture>();
+    posture.map(|found| found.get().clone()).map_err(|_| {
+        input::wrong_type(
+            "posture",
+            value,
+            "a Posture, or a Mechanism with all joints locked, is needed",
+        )
+    })
 }

@@ -14,8 +14,9 @@ use crate::convert::float;
 use crate::error::to_py;
 use crate::input;
 use crate::interrupt::interruptible;
+use crate::mechanism::body;
 use crate::options;
-use crate::posture::{PyPosture, posture};
+use crate::posture::PyPosture;
 
 /// The pushes from which a body does not come back. `standfast.smallest_push` returns it. k is the number of intervals.
 ///
@@ -140,7 +141,7 @@ const NO_OPTIONS: [&str; 4] = ["stop", "sensitivity_limit", "record", "certify"]
 /// The push acts on the body at rest in its posture. What comes back means is said at `robustness`: it comes to rest on the same contacts. Larger
 /// pushes may be harmless again, because the body lands on its feet: `intervals` has all that the scan finds.
 ///
-/// posture : Posture in which at least one contact touches. direction : (2,), of any length. point : (2,) m, the point of the body that a kick
+/// posture : Posture in which at least one contact touches, or a Mechanism with all joints locked. direction : (2,), of any length. point : (2,) m, the point of the body that a kick
 /// acts on; None: the centre of mass. duration : s; then the push is a force through the centre of mass that lasts so long, and sizes are in N.
 /// ground_motion : GroundMotion by accelerations; then it is multiplied by the size. at_most : the largest size that is tried; None: a kick that
 /// gives the velocity 4√(g · size of the body), 4 times the weight and the force with this impulse, 4 times the record. rtol : relative error of the ends.
@@ -159,7 +160,7 @@ const NO_OPTIONS: [&str; 4] = ["stop", "sensitivity_limit", "record", "certify"]
 #[pyo3(signature = (posture, direction=[1.0, 0.0], point=None, *, duration=None, ground_motion=None, at_most=None, rtol=1e-9, scan=256, threads=None, **options), text_signature = "(posture, direction=(1, 0), point=None, *, duration=None, ground_motion=None, at_most=None, rtol=1e-09, scan=256, threads=None, model=\"full\", impact=\"auto\", simultaneous=None, time=0.0, time_limit=None, event_limit=1_000_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\")")]
 pub(crate) fn smallest_push(
     py: Python<'_>,
-    #[pyo3(from_py_with = posture)] posture: PyPosture,
+    #[pyo3(from_py_with = body)] posture: PyPosture,
     #[pyo3(from_py_with = input::direction)] direction: [f64; 2],
     #[pyo3(from_py_with = input::some_point)] point: Option<[f64; 2]>,
     #[pyo3(from_py_with = input::duration)] duration: Option<f64>,

@@ -13,8 +13,9 @@ use crate::convert::{array, question};
 use crate::files::write_whole;
 use crate::input;
 use crate::interrupt::interruptible;
+use crate::mechanism::body;
 use crate::options;
-use crate::posture::{PyPosture, posture};
+use crate::posture::PyPosture;
 
 /// What a posture withstands: the share of random kicks of each size from which the body comes back. `standfast.robustness` returns it and
 /// says what comes back means. k is the number of sizes.
@@ -256,7 +257,7 @@ const NO_OPTIONS: [&str; 5] = ["stop", "time", "sensitivity_limit", "record", "c
 #[pyo3(signature = (posture, sizes, *, trials=1000, seed=0, threads=None, done=None, **options), text_signature = "(posture, sizes, *, trials=1000, seed=0, threads=None, done=None, model=\"full\", impact=\"auto\", simultaneous=None, time_limit=None, event_limit=100_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\")")]
 pub(crate) fn robustness(
     py: Python<'_>,
-    #[pyo3(from_py_with = posture)] posture: PyPosture,
+    #[pyo3(from_py_with = body)] posture: PyPosture,
     #[pyo3(from_py_with = input::sizes)] sizes: Vec<f64>,
     #[pyo3(from_py_with = input::trials)] trials: usize,
     #[pyo3(from_py_with = input::seed)] seed: usize,

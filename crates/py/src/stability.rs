@@ -11,7 +11,7 @@ use standfast::modes::{ContactProblem, MechanismProblem};
 use standfast::options::Jams;
 use standfast::stability::{
     DEFAULT_WIDTH, StabilityOptions, StaticForces, Verdict, holding_pairs, mechanism_forces,
-    mechanism_pairs, mechanism_stability,
+    mechanism_friction_margin, mechanism_pairs, mechanism_stability,
 };
 
 use crate::chain::PyChain;
@@ -21,9 +21,9 @@ use crate::files::write_whole;
 use crate::input;
 use crate::interrupt::interruptible;
 use crate::lists::{self, Asked, Threads};
-use crate::mechanism::PyMechanism;
+use crate::mechanism::{PyMechanism, body};
 use crate::modes::{PyModes, PyProblem};
-use crate::posture::{PyPosture, posture};
+use crate::posture::PyPosture;
 
 /// The verdict on a posture: whether the body returns to rest after every small kick. Fields that apply to bodies on two contacts only, such as
 /// kinematic_strong, are None for other bodies.
@@ -555,6 +555,7 @@ pub(crate) fn static_forces<'py>(
 /// The friction that a body at rest has to spare: 1 − κ, where κ is the least factor on all coefficients of friction with which the
 /// contacts still hold the body. 1: the body stands without friction. Negative: there is too little friction. −inf: no factor is
 /// sufficient. Any number of contacts. Forces may be outside of their cones by 1e-12 of the load, so the margin has an error of this order.
+/// posture : Posture or Mechanism, which has its load with all factors: that of a robot under torques is the friction that these torques leave.
 ///
 /// A sequence, or an array of objects, has an array of margins; nan for None. threads, progress : as for `stability`.
 ///
@@ -568,11 +569,14 @@ pub(crate) fn static_forces<'py>(
 #[pyo3(signature = (posture, *, threads=None, progress=None))]
 pub(crate) fn friction_margin<'py>(
     py: Python<'py>,
-    #[pyo3(from_py_with = postures)] posture: Asked<PyPosture>,
+    #[pyo3(from_py_with = standings)] posture: Asked<Standing>,
     #[pyo3(from_py_with = input::threads)] threads: Option<usize>,
     #[pyo3(from_py_with = lists::progress)] progress: Option<bool>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    let margin = |on: &PyPosture| standfast::stability::friction_margin(&on.0);
+    let margin = |on: &Standing| match on {
+        Standing::Body(posture) => standfast::stability::friction_margin(&posture.0),
+        Standing::Mechanism(mechanism) => mechanism_friction_margin(&mechanism.0),
+    };
     match posture {
         Asked::One(on) => Ok(margin(&on).into_pyobject(py)?.into_any()),
         Asked::Many(list) => {
@@ -583,27 +587,18 @@ pub(crate) fn friction_margin<'py>(
     }
 }
 
-/// Reads a posture, or a list of them.
-fn postures(value: &Bound<'_, PyAny>) -> PyResult<Asked<PyPosture>> {
-    let read = |value: &Bound<'_, PyAny>| Some(value.cast::<PyPosture>().ok()?.get().clone());
-    Asked::read(value, read, |field, value| {
-        let needed = match field {
-            "posture" => "a Posture or a sequence of Postures is needed",
-            _ => "a Posture or None is needed",
-        };
-        input::wrong_type(field, value, needed)
-    })
-}
-
 /// Interval (low, high) of abscissas of the centre of mass, m, at which friction and normal forces at the contacts can hold the
 /// body against gravity; ±inf where there is no bound, None if the interval is empty. Any number of contacts.
+///
+/// posture : Posture, or Mechanism with all joints locked; its abscissas are those from the point of which (x, y) are the coordinates. ValueError
+/// for other mechanisms.
 ///
 /// >>> import standfast as sf
 /// >>> sf.equilibrium_region(sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1))
 /// (-0.5, 0.5)
 #[pyfunction]
 pub(crate) fn equilibrium_region(
-    #[pyo3(from_py_with = posture)] posture: PyPosture,
+    #[pyo3(from_py_with = body)] posture: PyPosture,
 ) -> Option<(f64, f64)> {
     standfast::stability::equilibrium_region(&posture.0).map(Into::into)
 }

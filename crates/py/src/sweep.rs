@@ -3,6 +3,7 @@
 use numpy::{IntoPyArray, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyTuple};
+use standfast::body::HoldingChoice;
 use standfast::options::Jams;
 use standfast::stability::DEFAULT_WIDTH;
 use standfast::sweep::{Axis, Column, Quantity, Sweep, ValueKind, grid_size};
@@ -11,15 +12,16 @@ use standfast::{Error, Options, State};
 use crate::chain::PyChain;
 use crate::convert::{vector, word};
 use crate::error::to_py;
+use crate::holding::choice;
 use crate::input;
 use crate::interrupt::interruptible;
 use crate::options::{get, set};
 use crate::posture::{PyPosture, posture};
 
-/// What has the parameters; a chain with its configuration, and whether its torques hold it.
+/// What has the parameters; a chain with its configuration, and the torques that its joints have instead of their own.
 enum Subject {
     Body(PyPosture),
-    Chain(PyChain, Vec<f64>, bool),
+    Chain(PyChain, Vec<f64>, Option<HoldingChoice>),
 }
 
 impl Subject {
@@ -39,7 +41,7 @@ impl Subject {
 }
 
 /// The computation of `standfast.sweep`: quantities of a posture over a grid of its parameters, or of a chain in the configuration q; hold : its
-/// joints have the torques that hold it.
+/// joints have these torques of holding_torques, "middle" or "least"; None: their own.
 ///
 /// over : pairs (path, values); the last one varies fastest. quantities : their names. q, qdot, options : start and options of
 /// the runs for "fate" and "zeno_time".
@@ -65,7 +67,7 @@ pub(crate) struct PySweep {
 #[pymethods]
 impl PySweep {
     #[new]
-    #[pyo3(signature = (posture, over, quantities, q=None, qdot=None, options=None, jams=None, hold=false, width=DEFAULT_WIDTH), text_signature = "(posture, over, quantities, q=None, qdot=None, options=None, jams=None, hold=False, width=1e-12)")]
+    #[pyo3(signature = (posture, over, quantities, q=None, qdot=None, options=None, jams=None, hold=None, width=DEFAULT_WIDTH), text_signature = "(posture, over, quantities, q=None, qdot=None, options=None, jams=None, hold=None, width=1e-12)")]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
     fn new(
         posture: &Bound<'_, PyAny>,
@@ -75,7 +77,7 @@ impl PySweep {
         qdot: Option<&Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
         jams: Option<&Bound<'_, PyAny>>,
-        hold: bool,
+        #[pyo3(from_py_with = choice_or_none)] hold: Option<HoldingChoice>,
         #[pyo3(from_py_with = input::width)] width: f64,
     ) -> PyResult<Self> {
         let jams = jams.map_or(Ok(Jams::None), crate::options::jams)?;
@@ -199,10 +201,10 @@ impl PySweep {
             options = Some(get(py, chosen)?);
         }
         let (of, hold) = match &self.of {
-            Subject::Body(posture) => (posture.clone().into_pyobject(py)?.into_any(), false),
+            Subject::Body(posture) => (posture.clone().into_pyobject(py)?.into_any(), None),
             Subject::Chain(chain, configuration, hold) => {
                 q = Some(configuration.to_pyarray(py).into_any());
-                (chain.clone().into_pyobject(py)?.into_any(), *hold)
+                (chain.clone().into_pyobject(py)?.into_any(), hold.as_ref().map(word))
             }
         };
         let (names, jams) = (self.names.clone(), word(&self.jams));
@@ -210,4 +212,9 @@ impl PySweep {
             (of, over, names, q, qdot, options, jams, hold, self.width).into_pyobject(py)?;
         Ok((py.get_type::<Self>().into_any(), arguments))
     }
+}
+
+/// Reads "middle", "least" or None.
+fn choice_or_none(value: &Bound<'_, PyAny>) -> PyResult<Option<HoldingChoice>> {
+    if value.is_none() { Ok(None) } else { choice(value).map(Some) }
 }

@@ -133,7 +133,7 @@ impl Joint {
     }
 }
 
-/// A point of a link on the ground: a straight line of `slope` through the point.
+/// A point of a link on the ground, or a disc about one: the ground is a straight line of `slope`. A flat foot has two of them on its link.
 ///
 /// ```
 /// use standfast::body::Foot;
@@ -149,6 +149,9 @@ pub struct Foot {
     /// Distance along the link from its near end, in m; `None`: the length of the link.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<f64>,
+    /// Radius ≥ 0 of a disc about this point, in m, with which the link touches the ground; 0: the point touches it.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub radius: f64,
     /// Slope angle of the ground, −π < slope ≤ π, in rad, as of a [`Contact`](crate::Contact): t = (cos, sin), n = (−sin, cos).
     #[serde(default, skip_serializing_if = "is_zero")]
     pub slope: f64,
@@ -167,8 +170,8 @@ impl Foot {
     /// The far end of a link, numbered from 1, on level ground without friction.
     #[must_use]
     pub fn of_link(link: usize) -> Self {
-        let (slope, friction, tangential_restitution) = (0.0, 0.0, 0.0);
-        Self { link, at: None, slope, friction, restitution: None, tangential_restitution }
+        let (radius, slope, friction, tangential_restitution) = (0.0, 0.0, 0.0, 0.0);
+        Self { link, at: None, radius, slope, friction, restitution: None, tangential_restitution }
     }
 }
 
@@ -413,6 +416,7 @@ fn feet(fields: &ChainFields) -> Result<(), Error> {
         if let Some(place) = foot.at {
             finite(format_args!("{at}.at"), place)?;
         }
+        non_negative(format_args!("{at}.radius"), foot.radius)?;
         angle(format_args!("{at}.slope"), foot.slope, "-pi < slope <= pi, in rad")?;
         friction(format_args!("{at}.friction"), foot.friction)?;
         if let Some(value) = foot.restitution {

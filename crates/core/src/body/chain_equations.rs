@@ -27,7 +27,7 @@ use crate::math::unsigned_zero::UnsignedZero;
 pub struct ChainPoints {
     /// The near and the far end of each link.
     pub links: Vec<[[f64; 2]; 2]>,
-    /// The points of the feet.
+    /// The points in which the feet touch the ground.
     pub feet: Vec<[f64; 2]>,
 }
 
@@ -39,9 +39,9 @@ pub(super) struct Placed {
     pub(super) near: Vector2<f64>,
     /// The unit vector of its axis.
     axis: Vector2<f64>,
-    mass: f64,
-    moment: Vector2<f64>,
-    inertia: f64,
+    pub(super) mass: f64,
+    pub(super) moment: Vector2<f64>,
+    pub(super) inertia: f64,
 }
 
 impl Chain {
@@ -71,6 +71,27 @@ impl Chain {
     /// `q` of another length than [`Chain::dof`], not finite, or with angles beyond ±2π; the errors of [`Mechanism::new`], such as a mass
     /// matrix that is not positive definite; no feet.
     pub fn mechanism(&self, q: &[f64]) -> Result<Mechanism, Error> {
+        let given = self.torque_joints().map(|k| self.fields().joints[k].torque);
+        self.mechanism_under(q, &given.collect::<Vec<_>>())
+    }
+
+    /// As [`mechanism`](Self::mechanism), with these torques of the joints of kind [`JointKind::Torque`], in their order, in N m, instead of their own.
+    ///
+    /// # Errors
+    ///
+    /// As [`mechanism`](Self::mechanism), and another number of torques.
+    pub fn mechanism_under(&self, q: &[f64], torques: &[f64]) -> Result<Mechanism, Error> {
+        let count = self.torque_joints().count();
+        if torques.len() != count {
+            return Err(Error::Unusable {
+                field: "torques".into(),
+                value: format!("[{} entries]", torques.len()),
+                allowed: format!("one entry for each of the {count} joints with a torque"),
+            });
+        }
+        for (k, value) in torques.iter().enumerate() {
+            finite(format_args!("torques.{k}"), *value)?;
+        }
         let placed = self.placed(q)?;
         if self.fields().feet.is_empty() {
             return Err(Error::Unusable {
@@ -81,10 +102,12 @@ impl Chain {
         }
         let mut load: Vec<f64> = self.bias_of(&placed).iter().map(|h| -h).collect();
         let (mut locked, mut armature) = (Vec::new(), Vec::new());
+        for (k, torque) in self.torque_joints().zip(torques) {
+            load[self.coordinate(k)] += torque;
+        }
         for (k, joint) in self.fields().joints.iter().enumerate() {
-            match joint.kind {
-                JointKind::Locked => locked.push(self.coordinate(k)),
-                JointKind::Torque => load[self.coordinate(k)] += joint.torque,
+            if joint.kind == JointKind::Locked {
+                locked.push(self.coordinate(k));
             }
             if joint.armature != 0.0 {
                 armature.resize(self.dof(), 0.0);
@@ -216,11 +239,16 @@ impl Chain {
         translation.into_iter().chain(placed.iter().map(|branch| g * branch.moment.x)).collect()
     }
 
-    /// The point of a foot, counted from 0.
+    /// Where a foot, counted from 0, touches the ground: its point, or the point of the disc about it that is lowest over the ground.
     pub(super) fn foot(&self, placed: &[Placed], foot: usize) -> Vector2<f64> {
         let foot = &self.fields().feet[foot];
         let (at, link) = (&placed[foot.link - 1], &self.fields().links[foot.link - 1]);
-        at.near + at.axis * foot.at.unwrap_or(link.length)
+        let center = at.near + at.axis * foot.at.unwrap_or(link.length);
+        if foot.radius == 0.0 {
+            return center;
+        }
+        let tangent = direction(foot.slope);
+        center - Vector2::new(-tangent.y, tangent.x) * foot.radius
     }
 
     /// N = nᵀJ and T = tᵀJ of the feet.

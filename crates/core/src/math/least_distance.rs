@@ -9,7 +9,7 @@
 //! negative. At the end z is computed again as the nearest point on which all rows with a weight are equations.
 
 use crate::math::orthonormal::{add_scaled, dot, factors};
-use crate::tolerance::{CONE_SLACK, DEPENDENT_ROW};
+use crate::tolerance::{CONE_SLACK, DEPENDENT_ROW, ROW_WEIGHT};
 
 /// Largest number of steps for each row. The method ends in exact arithmetic; with rounding it might not.
 const STEPS: usize = 10;
@@ -18,16 +18,24 @@ const STEPS: usize = 10;
 ///
 /// `None` if no z satisfies all rows, or if rounding prevents convergence.
 pub(crate) fn nearest(rows: &[Vec<f64>], bounds: &[f64]) -> Option<Vec<f64>> {
+    nearest_on(rows, bounds).map(|(z, _)| z)
+}
+
+/// The nearest point, and the rows whose weight is not small beside the largest weight of a row: they are equations there.
+pub(crate) fn nearest_on(rows: &[Vec<f64>], bounds: &[f64]) -> Option<(Vec<f64>, Vec<usize>)> {
     let dimension = rows.first().map_or(0, Vec::len);
-    let lengths = rows.iter().zip(bounds).map(|(row, bound)| (row, bound, dot(row, row).sqrt()));
-    let (rows, bounds): (Vec<Vec<f64>>, Vec<f64>) = lengths
-        .filter(|(_, _, length)| *length > DEPENDENT_ROW)
-        .map(|(row, bound, length)| (row.iter().map(|x| x / length).collect(), bound / length))
+    let lengths = rows.iter().map(|row| dot(row, row).sqrt());
+    let (numbers, lengths): (Vec<usize>, Vec<f64>) =
+        lengths.enumerate().filter(|(_, length)| *length > DEPENDENT_ROW).unzip();
+    let (rows, bounds): (Vec<Vec<f64>>, Vec<f64>) = numbers
+        .iter()
+        .zip(&lengths)
+        .map(|(&k, length)| (rows[k].iter().map(|x| x / length).collect(), bounds[k] / length))
         .unzip();
     // The distance of the farthest plane: |z| is at least as large.
     let scale = bounds.iter().copied().fold(0.0, f64::max);
     if scale == 0.0 {
-        return Some(vec![0.0; dimension]);
+        return Some((vec![0.0; dimension], Vec::new()));
     }
     let bounds: Vec<f64> = bounds.iter().map(|bound| bound / scale).collect();
     let columns: Vec<Vec<f64>> =
@@ -41,7 +49,10 @@ pub(crate) fn nearest(rows: &[Vec<f64>], bounds: &[f64]) -> Option<Vec<f64>> {
             .filter(|k| !active.contains(k))
             .max_by(|&i, &j| violation(i).total_cmp(&violation(j)));
         let Some(entering) = worst.filter(|&k| violation(k) > CONE_SLACK) else {
-            return Some(z.into_iter().map(|x| x * scale).collect());
+            let largest = u.iter().copied().fold(0.0, f64::max);
+            let on = active.iter().filter(|&&k| u[k] > ROW_WEIGHT * largest);
+            let on = on.map(|&k| numbers[k]).collect();
+            return Some((z.into_iter().map(|x| x * scale).collect(), on));
         };
         if active.len() > dimension {
             return None;

@@ -9,9 +9,9 @@
 //! exists if all of these fail, with A_ij = N_iM⁻¹(N_j − σ_jμ_jT_j)ᵀ: both slide (A⁻¹g ≥ 0); i slides and j lifts (g_i/A_ii ≥ 0 and
 //! A_ji g_i/A_ii > g_j); both lift (g < 0).
 
-use crate::body::contact::Contact;
+use crate::body::Mechanism;
 use crate::body::fields::ContactRows;
-use crate::body::{Mechanism, Posture, PostureFields};
+use crate::body::rigid::RigidBody;
 use crate::error::{Error, dissipative};
 use crate::math::interval::Interval;
 use crate::math::mass_vector::{Coordinates, MassVector};
@@ -26,12 +26,11 @@ use crate::stability::corner::CornerMap;
 use crate::stability::existence::{NoMotion, Standing};
 use crate::stability::joints;
 use crate::stability::local::Local;
-use crate::stability::static_forces::{StaticForces, extremes};
+use crate::stability::static_forces::{StaticForces, extremes, friction_margin, spare_friction};
 use crate::stability::{
     Argument, Details, Evidence, Finding, LOSES, NoBound, Stability, StabilityOptions, Verdict,
     WhyUndecided, holding_pairs, judge, undecided,
 };
-use crate::tolerance::RIGID_ROWS;
 use crate::verified::rows::{EnclosedRows, dot};
 
 type I = Interval;
@@ -68,7 +67,7 @@ pub fn mechanism_stability(
     if let Some(body) = RigidBody::of(mechanism) {
         let mut verdict = judge(&body.posture, options, Details::ALL)?;
         verdict.safe_speed = None;
-        body.translate(mechanism, &mut verdict);
+        translate(&body, mechanism, &mut verdict);
         return Ok(verdict);
     }
     let count = mechanism.contacts().len();
@@ -159,7 +158,7 @@ pub fn mechanism_pairs(
     }
     let Some(body) = RigidBody::of(mechanism) else { return Ok(Vec::new()) };
     let mut pairs = holding_pairs(&body.posture, options)?;
-    pairs.iter_mut().for_each(|pair| body.translate(mechanism, pair));
+    pairs.iter_mut().for_each(|pair| translate(&body, mechanism, pair));
     Ok(pairs)
 }
 
@@ -213,17 +212,27 @@ impl Verdict {
     }
 }
 
-/// Edges N ± μT of the friction cones: the contact, the force (tangential, normal) and the row.
-fn edges(mechanism: &Mechanism) -> Vec<(usize, [f64; 2], Coordinates)> {
+/// Edges N ± μT of the friction cones, with all friction times `factor`: the contact, the force (tangential, normal) and the row.
+fn edges(mechanism: &Mechanism, factor: f64) -> Vec<(usize, [f64; 2], Coordinates)> {
     let space = mechanism.contact_space();
     let contacts = mechanism.contacts().iter().enumerate();
     contacts
         .flat_map(|(i, ContactRows { friction, .. })| {
-            let sides: &[f64] = if *friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
+            let friction = factor * friction;
+            let sides: &[f64] = if friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
             sides.iter().map(move |side| (i, [side * friction, 1.0]))
         })
         .map(|(i, [t, n])| (i, [t, n], space.normal_row(i).plus(space.tangent(i), t)))
         .collect()
+}
+
+/// As [`edges`], of unit length.
+fn unit_edges(mechanism: &Mechanism, factor: f64) -> Vec<(usize, [f64; 2], Coordinates)> {
+    let of_length = |(contact, force, row): (usize, [f64; 2], Coordinates)| {
+        let length = row.norm();
+        (contact, force.map(|part: f64| part / length), row.divided(length))
+    };
+    edges(mechanism, factor).into_iter().map(of_length).collect()
 }
 
 /// The balance of forces, one row for each coordinate: Σ a_u A_u = −pull, in units of the pull.
@@ -246,12 +255,7 @@ fn balance(
 /// Whether forces at the contacts hold the load. The margin of a mechanism is the largest weight that all edges of the friction cones can have
 /// at once, of edges of unit length and in units of the load; −∞ if the load is not held. A mechanism has no region of a centre of mass.
 fn equilibrium(mechanism: &Mechanism) -> Equilibrium {
-    let mut edges = edges(mechanism);
-    for (_, force, row) in &mut edges {
-        let length = row.norm();
-        *row = row.divided(length);
-        *force = force.map(|part| part / length);
-    }
+    let edges = unit_edges(mechanism, 1.0);
     let held = balance(mechanism, &edges);
     let none = vec![0.0; edges.len()];
     let hidden = mechanism.contact_space().hidden().amax() > 0.0;
@@ -290,10 +294,43 @@ pub fn mechanism_forces(mechanism: &Mechanism) -> Option<StaticForces> {
     if mechanism.contact_space().hidden().amax() > 0.0 {
         return None;
     }
-    let edges = edges(mechanism);
+    let edges = edges(mechanism, 1.0);
     let held = balance(mechanism, &edges);
     let forces: Vec<(usize, [f64; 2])> = edges.iter().map(|(i, force, _)| (*i, *force)).collect();
     extremes(&held, &forces, mechanism.contacts().len(), mechanism.contact_space().pull().norm())
+}
+
+/// As [`friction_margin`](crate::stability::friction_margin) of a body: the friction that a mechanism at rest has to spare under its load, 1 − κ with
+/// the least factor κ on all coefficients of friction with which forces at the contacts hold the load; −∞ if no factor is sufficient.
+///
+/// ```
+/// use standfast::body::Mechanism;
+/// use standfast::stability::{friction_margin, mechanism_friction_margin};
+/// use standfast::{Contact, Posture, PostureFields};
+///
+/// let foot = |x, slope| Contact { friction: 0.5, ..Contact::at(x, 0.0).on_slope(slope) };
+/// let vee = Posture::new(PostureFields {
+///     gyration_radius: 0.5,
+///     center_of_mass: [0.1, 0.5],
+///     contacts: vec![foot(-0.5, 0.1), foot(0.5, 0.2)],
+///     ..PostureFields::default()
+/// })?;
+/// let margin = mechanism_friction_margin(&Mechanism::of_posture(&vee)?);
+/// assert!((margin - friction_margin(&vee)).abs() < 1e-12);
+/// # Ok::<(), standfast::Error>(())
+/// ```
+#[must_use]
+pub fn mechanism_friction_margin(mechanism: &Mechanism) -> f64 {
+    if let Some(body) = RigidBody::of(mechanism) {
+        return friction_margin(&body.posture);
+    }
+    if mechanism.contact_space().hidden().amax() > 0.0 {
+        return f64::NEG_INFINITY;
+    }
+    spare_friction(|factor| {
+        let edges = unit_edges(mechanism, factor);
+        maximise(&balance(mechanism, &edges), &vec![0.0; edges.len()]).is_some()
+    })
 }
 
 /// A start from which no motion exists, for any number of coordinates: one contact that slides jams while all others are in the air, or both of
@@ -398,87 +435,30 @@ fn start(
     })
 }
 
-/// A mechanism whose three coordinates that are not locked are those (x, y, θ) of a rigid body about some point of it.
-struct RigidBody {
-    posture: Posture,
-    /// The centre of mass, from that point.
-    center: [f64; 2],
-}
-
-impl RigidBody {
-    /// M = [m, 0, −m c_y; 0, m, m c_x; −m c_y, m c_x, I], N = (n, n⊥·x), T likewise with the tangent, load = (0, −w, −w c_x).
-    fn of(mechanism: &Mechanism) -> Option<Self> {
-        let space = mechanism.contact_space();
-        if space.free().len() != 3 {
-            return None;
+/// Writes motions of the body as those of the coordinates of the mechanism.
+fn translate(body: &RigidBody, mechanism: &Mechanism, verdict: &mut Verdict) {
+    let [cx, cy] = body.center;
+    let all = |motion: &mut Vec<f64>| {
+        let [x, y, turn] = motion[..] else { return };
+        let mut values = vec![0.0; mechanism.dof()];
+        let own = [x + turn * cy, y - turn * cx, turn];
+        mechanism
+            .contact_space()
+            .free()
+            .iter()
+            .zip(own)
+            .for_each(|(&k, v)| values[k] = v.unsigned_zero());
+        *motion = values;
+    };
+    match &mut verdict.evidence {
+        Some(Evidence::NoMotion(start)) => {
+            all(&mut start.q);
+            all(&mut start.qdot);
         }
-        let (m, load) = (space.mass(), space.load());
-        let (mass, inertia, weight) = (m[(0, 0)], m[(2, 2)], -load[1]);
-        let center = [m[(1, 2)] / mass, -m[(0, 2)] / mass];
-        let near = |x: f64, y: f64, size: f64| (x - y).abs() <= RIGID_ROWS * size;
-        let rho2 = inertia / mass - center[0] * center[0] - center[1] * center[1];
-        let arm = libm::hypot(center[0], center[1]).max(rho2.max(0.0).sqrt());
-        let rigid = near(m[(0, 1)], 0.0, mass)
-            && near(m[(1, 1)], mass, mass)
-            && rho2 > 0.0
-            && weight >= 0.0
-            && near(load[0], 0.0, weight)
-            && near(load[2], -weight * center[0], weight * arm);
-        if !rigid {
-            return None;
-        }
-        let part = |row: &[f64]| [0, 1, 2].map(|k| row[space.free()[k]]);
-        let contact = |rows: &ContactRows| -> Option<Contact> {
-            let ([nx, ny, b], [tx, ty, c]) = (part(&rows.normal), part(&rows.tangential));
-            let square =
-                near(libm::hypot(tx, ty), 1.0, 1.0) && near(nx, -ty, 1.0) && near(ny, tx, 1.0);
-            // N = (n, t·x) and T = (t, −n·x).
-            let point = [tx * b - nx * c, ty * b - ny * c];
-            square.then(|| Contact {
-                friction: rows.friction,
-                restitution: rows.restitution,
-                tangential_restitution: rows.tangential_restitution,
-                ..Contact::at(point[0], point[1]).on_slope(libm::atan2(ty, tx))
-            })
-        };
-        let contacts = mechanism.contacts().iter().map(contact).collect::<Option<Vec<_>>>()?;
-        let posture = Posture::new(PostureFields {
-            mass,
-            gyration_radius: rho2.sqrt(),
-            center_of_mass: center,
-            contacts,
-            restitution: mechanism.fields().restitution,
-            gravity: weight / mass,
-            ..PostureFields::default()
-        });
-        Some(Self { posture: posture.ok()?, center })
+        Some(Evidence::Motion { velocity, .. }) => all(velocity),
+        _ => {}
     }
-
-    /// Writes motions of the body as those of the coordinates of the mechanism.
-    fn translate(&self, mechanism: &Mechanism, verdict: &mut Verdict) {
-        let [cx, cy] = self.center;
-        let all = |motion: &mut Vec<f64>| {
-            let [x, y, turn] = motion[..] else { return };
-            let mut values = vec![0.0; mechanism.dof()];
-            let own = [x + turn * cy, y - turn * cx, turn];
-            mechanism
-                .contact_space()
-                .free()
-                .iter()
-                .zip(own)
-                .for_each(|(&k, v)| values[k] = v.unsigned_zero());
-            *motion = values;
-        };
-        match &mut verdict.evidence {
-            Some(Evidence::NoMotion(start)) => {
-                all(&mut start.q);
-                all(&mut start.qdot);
-            }
-            Some(Evidence::Motion { velocity, .. }) => all(velocity),
-            _ => {}
-        }
-        for answer in &mut verdict.modes {
-            all(&mut answer.acceleration);
-        }
+    for answer in &mut verdict.modes {
+        all(&mut answer.acceleration);
     }
 }

@@ -45,7 +45,9 @@ pub use existence::NoMotion;
 pub use fate::{Fate, FateKind};
 pub use feet::{PairVerdict, Ray, Well};
 pub use local::FlightsEnd;
-pub use mechanism::{mechanism_forces, mechanism_pairs, mechanism_stability};
+pub use mechanism::{
+    mechanism_forces, mechanism_friction_margin, mechanism_pairs, mechanism_stability,
+};
 pub use reduced::{BATCHES, Exponents, Orbit, OrbitEnd, ReducedMap, ReducedStep, Shape};
 pub use region::equilibrium_region;
 pub use static_forces::{StaticForces, friction_margin, static_forces};

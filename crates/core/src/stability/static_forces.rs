@@ -169,6 +169,11 @@ pub fn friction_margin(posture: &Posture) -> f64 {
     if posture.has_belts() {
         return f64::NEG_INFINITY;
     }
+    spare_friction(stands)
+}
+
+/// 1 − κ with the least factor κ on the friction for which `stands` is true; where it is true for a factor, it is true for larger ones.
+pub(super) fn spare_friction(stands: impl Fn(f64) -> bool) -> f64 {
     if stands(0.0) {
         return 1.0;
     }

@@ -1,7 +1,7 @@
 //! The parameters of a posture and of a chain, by their paths.
 
 use crate::body::fields::PostureFields;
-use crate::body::{Base, Chain, ChainFields, GroundKind, JointKind, Posture};
+use crate::body::{Base, Chain, ChainFields, GroundKind, HoldingChoice, JointKind, Posture};
 use crate::error::Error;
 use crate::sweep::unusable;
 
@@ -98,8 +98,8 @@ fn named<T: Copy>(known: &[(&str, T)], name: &str) -> Option<T> {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Subject {
     Body(PostureFields),
-    /// A chain in this configuration; whether its joints have the torques that hold it.
-    Chain(ChainFields, Vec<f64>, bool),
+    /// A chain in this configuration; the torques that its joints have instead of their own.
+    Chain(ChainFields, Vec<f64>, Option<HoldingChoice>),
 }
 
 impl Subject {
