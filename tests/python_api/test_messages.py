@@ -192,7 +192,7 @@ IN_PYTHON = [
     (lambda: RUNS[True], TypeError, "index = True cannot be used: an integer is needed"),
     (lambda: sf.simulate_many(ROD, np.broadcast_to(0.0, (10**12, 3)), (0, 0, 0)), MemoryError, "1000000000000 runs take 512 bytes each"),
     # Functions of postures.
-    (lambda: sf.stability(None), TypeError, "posture = None cannot be used: a Posture or a Mechanism is needed"),
+    (lambda: sf.stability(None), TypeError, "posture = None cannot be used: a Posture, a Mechanism or a sequence of them is needed"),
     (lambda: sf.stability(ROD, trial=10), TypeError, "stability() got an unexpected keyword argument 'trial'; did you mean 'trials'?"),
     (lambda: sf.contact_modes(ROD, wrensh=(1, 0, 0)), TypeError, "contact_modes() got an unexpected keyword argument 'wrensh'; did you mean 'wrench'?"),
     (lambda: sf.stability(ROD, trials=-1), ValueError, "trials = -1 cannot be used: an integer from 0 to 100000000 is needed"),
