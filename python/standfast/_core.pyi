@@ -1,4 +1,4 @@
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from os import PathLike
 from typing import (
     Any,
@@ -19,6 +19,8 @@ from matplotlib.figure import Figure
 from standfast.notebook import Player
 
 _Floats: TypeAlias = npt.NDArray[np.float64]
+_Objects: TypeAlias = npt.NDArray[np.object_]
+_HasModes: TypeAlias = "Posture | ContactProblem | Mechanism | MechanismProblem"
 _Pair: TypeAlias = Sequence[float] | _Floats
 _Triple: TypeAlias = Sequence[float] | _Floats
 _Pairs: TypeAlias = Sequence[_Pair] | _Floats
@@ -1252,6 +1254,7 @@ class Sweep:
     ) -> list[npt.NDArray[Any]]: ...
     def __reduce__(self) -> tuple[Any, ...]: ...
 
+@overload
 def stability(
     posture: Posture | Mechanism,
     *,
@@ -1259,7 +1262,42 @@ def stability(
     width: float = 1e-12,
     trials: int = 0,
     seed: int = 0,
+    threads: int | None = None,
+    progress: bool | None = None,
 ) -> Verdict: ...
+@overload
+def stability(
+    posture: _Objects,
+    *,
+    jams: _Jams = "none",
+    width: float = 1e-12,
+    trials: int = 0,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> _Objects: ...
+@overload
+def stability(
+    posture: Sequence[Posture | Mechanism],
+    *,
+    jams: _Jams = "none",
+    width: float = 1e-12,
+    trials: int = 0,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> list[Verdict]: ...
+@overload
+def stability(
+    posture: Iterable[Posture | Mechanism | None],
+    *,
+    jams: _Jams = "none",
+    width: float = 1e-12,
+    trials: int = 0,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> list[Verdict | None]: ...
 def robustness(
     posture: Posture | Mechanism,
     sizes: npt.ArrayLike,
@@ -1280,7 +1318,20 @@ def robustness(
 def static_forces(
     posture: Posture | Mechanism,
 ) -> tuple[_Floats, _Floats] | None: ...
-def friction_margin(posture: Posture | Mechanism) -> float: ...
+@overload
+def friction_margin(
+    posture: Posture | Mechanism,
+    *,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> float: ...
+@overload
+def friction_margin(
+    posture: Iterable[Posture | Mechanism | None] | _Objects,
+    *,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> _Floats: ...
 def equilibrium_region(
     posture: Posture | Mechanism,
 ) -> tuple[float, float] | None: ...
@@ -1290,14 +1341,50 @@ def clattering_bound(restitution: float | _Pair) -> float: ...
 def clattering_restitution(psi: float) -> float: ...
 def neimark_sacker(restitution: float) -> float: ...
 def self_similar(restitution: float, psi: float) -> SelfSimilar | None: ...
+@overload
 def contact_modes(
-    posture: Posture | ContactProblem | Mechanism | MechanismProblem,
+    posture: _HasModes,
     q: _Triple = ...,
     qdot: _Triple = ...,
     *,
     method: Literal["auto", "enumerate", "qp"] = "auto",
     wrench: _Triple = ...,
+    threads: int | None = None,
+    progress: bool | None = None,
 ) -> Modes: ...
+@overload
+def contact_modes(
+    posture: _Objects,
+    q: _Triple = ...,
+    qdot: _Triple = ...,
+    *,
+    method: Literal["auto", "enumerate", "qp"] = "auto",
+    wrench: _Triple = ...,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> _Objects: ...
+@overload
+def contact_modes(
+    posture: Sequence[_HasModes],
+    q: _Triple = ...,
+    qdot: _Triple = ...,
+    *,
+    method: Literal["auto", "enumerate", "qp"] = "auto",
+    wrench: _Triple = ...,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> list[Modes]: ...
+@overload
+def contact_modes(
+    posture: Iterable[_HasModes | None],
+    q: _Triple = ...,
+    qdot: _Triple = ...,
+    *,
+    method: Literal["auto", "enumerate", "qp"] = "auto",
+    wrench: _Triple = ...,
+    threads: int | None = None,
+    progress: bool | None = None,
+) -> list[Modes | None]: ...
 def load(path: _Path) -> Scene: ...
 def load_any(path: _Path) -> Scene | MechanismScene: ...
 def schema() -> str: ...

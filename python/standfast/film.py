@@ -58,6 +58,7 @@ from standfast.plot import (
 )
 from standfast.scenery import ground
 from standfast.table import contacts_named, is_infinite
+from standfast.units import plain
 
 _Floats = npt.NDArray[np.float64]
 
@@ -619,7 +620,7 @@ class Film:
             tilts = np.array([0.0, *motion.tilt])
             self.steps: _Floats = -np.column_stack([np.sin(tilts), np.cos(tilts)])
             self.words: list[str] = [
-                f"gravity, the ground tilted by {a:z.3g} rad" for a in tilts
+                f"gravity, the ground tilted by {plain(a, '.3g')} rad" for a in tilts
             ]
         else:
             self.steps = np.array([(0.0, 0.0), *(motion.acceleration or ())])

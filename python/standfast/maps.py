@@ -371,8 +371,11 @@ def _shown(
             yield start, columns
 
 
-def bar(total: int, unit: str, progress: bool | None) -> Any:
-    """A progress bar of tqdm if `progress` asks for it, else None. `progress` None asks for it on a terminal if tqdm is installed."""
+def bar(total: int, unit: str, progress: bool | None, delay: float = 0.0) -> Any:
+    """A progress bar of tqdm if `progress` asks for it, else None. `progress` None asks for it on a terminal if tqdm is installed.
+
+    delay : time before it is shown, s.
+    """
     if progress is None:
         wanted = sys.stderr is not None and sys.stderr.isatty()
     else:
@@ -387,7 +390,7 @@ def bar(total: int, unit: str, progress: bool | None) -> Any:
         raise ImportError(
             "progress=True needs tqdm: pip install 'standfast[map]'"
         ) from error
-    return tqdm(total=total, unit=unit, unit_scale=True)
+    return tqdm(total=total, unit=unit, unit_scale=True, delay=delay)
 
 
 @overload

@@ -16,6 +16,7 @@ from standfast.page import film_page
 from standfast.report import account, decimal, method_named
 from standfast.scenery import body_outline, ground, spokes, surface, touching_points
 from standfast.table import listed, modes_table, verdict_table
+from standfast.units import plain
 
 _Floats = npt.NDArray[np.float64]
 
@@ -46,7 +47,7 @@ def of_posture(posture: Posture) -> str:
         (
             f"{number}{' (side)' if number > len(posture.contacts) else ''}",
             f"({_point(contact.point)})",
-            f"{contact.slope:zg}",
+            plain(contact.slope),
             f"{contact.friction:g}",
             f"{posture.restitution if contact.restitution is None else contact.restitution:g}",
         )
@@ -209,7 +210,7 @@ def _attributes(look: dict[str, object]) -> str:
 
 
 def _point(values: tuple[float, float]) -> str:
-    return ", ".join(f"{value:zg}" for value in values)
+    return ", ".join(plain(value) for value in values)
 
 
 def _beside(picture: str, body: str) -> str:

@@ -18,6 +18,7 @@ from standfast.table import (
     mechanism_named,
     side_named,
 )
+from standfast.units import plain
 
 
 def decimal(seconds: float) -> str:
@@ -66,7 +67,7 @@ def account(run: sf.Run, title: str) -> str:
             e = contact.restitution
             row(
                 f"contact {number}",
-                f"point {_tuple(contact.point)} m, slope {contact.slope:zg} rad,"
+                f"point {_tuple(contact.point)} m, slope {plain(contact.slope)} rad,"
                 f" friction {contact.friction:g},"
                 + (f" radius {contact.radius:g} m," if contact.radius else "")
                 + f" restitution {posture.restitution if e is None else e:g}",
@@ -279,7 +280,7 @@ def _cause(phase: sf.Phase, ends: dict[float, str]) -> str:
 
 
 def _tuple(values: Sequence[float]) -> str:
-    return f"({', '.join(f'{value:zg}' for value in values)})"
+    return f"({', '.join(plain(value) for value in values)})"
 
 
 def _numbers(values: np.ndarray[Any, Any]) -> str:

@@ -15,9 +15,9 @@ import asyncio
 import re
 import secrets
 import webbrowser
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
 from concurrent.futures import Future
-from contextlib import suppress
+from contextlib import asynccontextmanager, suppress
 from dataclasses import dataclass
 from hmac import compare_digest
 from http import HTTPStatus
@@ -141,6 +141,7 @@ class _Server:
         finally:
             listener.close()
             opening.cancel()
+            self.end.cancel()
             for connection in self.connections:
                 connection.cancel()
             await asyncio.gather(*self.connections, return_exceptions=True)
@@ -179,7 +180,7 @@ class _Server:
             # Either error: the other side has gone, or does not take the reply.
             with suppress(OSError, TimeoutError):
                 reply = await self.reply(reader, writer)
-                async with asyncio.timeout(self.limits.request):
+                async with _timeout(self.limits.request):
                     writer.write(reply)
                     writer.close()
                     await writer.wait_closed()
@@ -191,7 +192,7 @@ class _Server:
     ) -> bytes:
         seconds = self.limits.request
         try:
-            async with asyncio.timeout(seconds):
+            async with _timeout(seconds):
                 path, body = await self.request(reader)
         except TimeoutError:
             late = f"the request is not complete after {seconds:g} s"
@@ -286,9 +287,9 @@ class _Server:
         self.timer.cancel()
         try:
             writer.write(_head(200, "text/event-stream") + b"\r\n:\n\n")
-            while True:
+            while not self.end.done():
                 try:
-                    async with asyncio.timeout(self.limits.beat):
+                    async with _timeout(self.limits.beat):
                         if not await reader.read(1024):
                             return
                 except TimeoutError:
@@ -298,6 +299,27 @@ class _Server:
             self.pages -= 1
             if self.pages == 0:
                 self._end_after(self.limits.grace)
+
+
+@asynccontextmanager
+async def _timeout(seconds: float) -> AsyncIterator[None]:
+    """As asyncio.timeout, which Python 3.10 has not. Another cancellation at the same moment may be lost: loops ask whether to go on."""
+    task, late = asyncio.current_task(), False
+
+    def cancel() -> None:
+        nonlocal late
+        if task is not None:
+            late = task.cancel()
+
+    timer = asyncio.get_running_loop().call_later(seconds, cancel)
+    try:
+        yield
+    except asyncio.CancelledError:
+        if not late:
+            raise
+        raise TimeoutError from None
+    finally:
+        timer.cancel()
 
 
 def _head(status: int, kind: str, *headers: str) -> bytes:

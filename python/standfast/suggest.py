@@ -38,7 +38,7 @@ def keywords(function: str) -> list[str]:
     """The names of the parameters of a function of the compiled module.
 
     >>> keywords("stability")
-    ['posture', 'jams', 'width', 'trials', 'seed']
+    ['posture', 'jams', 'width', 'trials', 'seed', 'threads', 'progress']
     """
     return parameters(attrgetter(function)(_core))
 

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 import standfast._core as sf
-from standfast.units import described, quantities
+from standfast.units import described, plain, quantities
 
 if TYPE_CHECKING:
     import xarray
@@ -66,7 +66,7 @@ def side_named(contact: sf.RunContact) -> str:
     'side 1 on the corner of the ground at (0, 0) m'
     """
     x, y = contact.corner or (math.nan, math.nan)
-    return f"side {contact.index + 1} on the corner of the ground at ({x:zg}, {y:zg}) m"
+    return f"side {contact.index + 1} on the corner of the ground at ({plain(x)}, {plain(y)}) m"
 
 
 def without_posture(run: sf.Run) -> str:
@@ -334,11 +334,11 @@ def _of_posture(verdict: sf.Verdict, posture: sf.Posture) -> list[str]:
             if number not in verdict.contacts and 0 < gap < ALMOST * _size(posture)
         ]
     for number, side in enumerate(sides, start=len(own) + 1):
-        place = ", ".join(f"{x:zg}" for x in side.point)
+        place = ", ".join(plain(x) for x in side.point)
         lines.append(
             f"  contact {number:<9} is a side of the body on the corner of the ground at ({place}) m"
         )
-    where = f"centre of mass at {posture.center_of_mass[0]:z.6g} m, "
+    where = f"centre of mass at {plain(posture.center_of_mass[0], '.6g')} m, "
     region = verdict.equilibrium_region
     where += (
         "region empty"
@@ -549,8 +549,7 @@ def _forces(
 
 
 def _vector(values: npt.NDArray[np.float64]) -> str:
-    # The format option z drops the sign of a zero.
-    texts = [f"{value:z.6g}" for value in values]
+    texts = [plain(value, ".6g") for value in values]
     if len(texts) > COORDINATES:
         texts[COORDINATES:] = ["..."]
     return f"({', '.join(texts)})"
@@ -615,7 +614,7 @@ def map_table(grid: "xarray.Dataset") -> list[str]:
         text, unit = described(str(path))
         low, high = float(values.min()), float(values.max())
         lines.append(
-            f"  over     {text}: {counted(values.size, 'value')} from {low:zg} to {high:zg} {unit}".rstrip()
+            f"  over     {text}: {counted(values.size, 'value')} from {plain(low)} to {plain(high)} {unit}".rstrip()
         )
     for name in quantities(grid):
         values = grid[name].values
@@ -624,7 +623,7 @@ def map_table(grid: "xarray.Dataset") -> list[str]:
             known = values[np.isfinite(values)]
             rows = [("from", "to", "points")]
             ends = (known.min(), known.max()) if known.size else (np.nan, np.nan)
-            rows.append((f"{ends[0]:zg}", f"{ends[1]:zg}", str(known.size)))
+            rows.append((plain(ends[0]), plain(ends[1]), str(known.size)))
             rows += [
                 (what, "", str(int(count)))
                 for what, count in (

@@ -73,3 +73,9 @@ def quantities(grid: "xarray.Dataset") -> list[str]:
     """The names of the quantities of a sweep, without the variables that have the numbers of words."""
     names = [str(name) for name in grid.data_vars]
     return [name for name in names if name not in {f"{of}_code" for of in names}]
+
+
+def plain(value: float, form: str = "g") -> str:
+    """A formatted number; zero has no sign. Python 3.10 has not the format option z."""
+    text = format(value, form)
+    return text[1:] if text.startswith("-") and float(text) == 0 else text

@@ -93,7 +93,8 @@ class Orbit:
 @contextmanager
 def arithmetic(digits):
     """Operations with this number of digits, for use inside of the ``with`` statement only."""
-    with localcontext(prec=digits):
+    with localcontext() as wide:  # prec= is new in Python 3.11
+        wide.prec = digits
         yield SimpleNamespace(
             number=Decimal,
             sqrt=Decimal.sqrt,
@@ -644,7 +645,8 @@ def sensitivity(inputs, solved=None):
             _outcome(orbit({**inputs, name: x}, DOUBLE_DIGITS, DOUBLE))
             for x in (value + move, value - move)
         ]
-        with localcontext(prec=FULL_DIGITS + GUARD_DIGITS):
+        with localcontext() as wide:
+            wide.prec = FULL_DIGITS + GUARD_DIGITS
             if not _smooth(base, sides):
                 exact = exact or _outcome(solved or orbit(inputs))
                 base, scale = exact, 1.0

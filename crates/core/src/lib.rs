@@ -49,6 +49,7 @@
 //! | kicks, or an earthquake, during a run | [`Simulation`], [`Excitation`](excitation::Excitation) |
 //! | the kicks that a posture withstands | [`robustness`](robustness()) |
 //! | many runs | [`simulate_many`]; [`simulate_many_until`](simulate::simulate_many_until) with a number of threads, or to stop them |
+//! | one question about many bodies, on all cores | [`many`](simulate::many) |
 //! | a map over parameters | [`Sweep`](sweep::Sweep) |
 //! | files | [`Scene::load`], [`AnyScene::load`](mechanism_scene::AnyScene::load), [`Scene::save`], [`Trajectory::save`], [`Verdict::save`](stability::Verdict::save) |
 //!

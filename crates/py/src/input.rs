@@ -395,9 +395,9 @@ pub(crate) fn letters<'a>(value: &'a Bound<'_, PyAny>) -> PyResult<&'a str> {
 }
 
 /// The error for a keyword that the body already determines.
-pub(crate) fn refused(field: &str, given: [f64; 3], allowed: &str) -> PyErr {
+pub(crate) fn refused(field: &str, given: [f64; 3], allowed: &str) -> Error {
     let value = format!("{given:?}");
-    to_py(&Error::Unusable { field: field.into(), value, allowed: allowed.into() })
+    Error::Unusable { field: field.into(), value, allowed: allowed.into() }
 }
 
 /// The options of a scene.
@@ -461,13 +461,15 @@ pub(crate) fn wrong_item(index: usize, value: &Bound<'_, PyAny>) -> PyErr {
     wrong_type(&format!("posture[{index}]"), value, "a Posture is needed")
 }
 
-/// The error for a value that is neither a posture nor a contact problem.
-pub(crate) fn no_body(value: &Bound<'_, PyAny>) -> PyErr {
-    wrong_type(
-        "posture",
-        value,
-        "a Posture, a ContactProblem, a Mechanism or a MechanismProblem is needed",
-    )
+/// The error for a value that has no contact modes, by the name of its field.
+pub(crate) fn no_body(field: &str, value: &Bound<'_, PyAny>) -> PyErr {
+    let needed = match field {
+        "posture" => {
+            "a Posture, a ContactProblem, a Mechanism, a MechanismProblem or a sequence of them is needed"
+        }
+        _ => "a Posture, a ContactProblem, a Mechanism, a MechanismProblem or None is needed",
+    };
+    wrong_type(field, value, needed)
 }
 
 /// Gravity into the terrain of each of two contacts.

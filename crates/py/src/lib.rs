@@ -9,6 +9,7 @@ mod convert;
 mod interrupt;
 mod holding;
 mod input;
+mod lists;
 mod options;
 mod posture;
 mod mechanism;

@@ -7,16 +7,17 @@ use numpy::{PyArray1, PyArrayDyn};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{IntoPyDict, PyDict, PyIterator, PyList};
-use standfast::State;
 use standfast::modes::{
     ContactProblem, Jamming, Level, Margin, MechanismProblem, Method, ModeAnswer, Modes,
     ProblemFields,
 };
+use standfast::{Error, State};
 
 use crate::convert::{array, call, float, pair_text, word};
 use crate::error::to_py;
 use crate::files::write_whole;
 use crate::input;
+use crate::lists::{self, Threads};
 use crate::mechanism::PyMechanism;
 use crate::posture::PyPosture;
 
@@ -287,12 +288,11 @@ impl PyProblem {
         Self::Mechanism(PyMechanismProblem(problem))
     }
 
-    fn solve(&self, method: Method) -> PyResult<Modes> {
-        let modes = match self {
+    fn solve(&self, method: Method) -> Result<Modes, Error> {
+        match self {
             Self::Body(problem) => standfast::modes::contact_modes(&problem.0, method),
             Self::Mechanism(problem) => standfast::modes::contact_modes(&problem.0, method),
-        };
-        modes.map_err(|e| to_py(&e))
+        }
     }
 }
 
@@ -364,7 +364,7 @@ impl PyContactMode {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, (PyModes, String))> {
         let getitem = py.import("operator")?.getattr("getitem")?;
-        let modes = self.1.problem.solve(self.1.method)?;
+        let modes = self.1.problem.solve(self.1.method).map_err(|e| to_py(&e))?;
         let modes = PyModes { question: self.1.clone(), modes };
         Ok((getitem, (modes, self.word())))
     }
@@ -401,6 +401,10 @@ pub(crate) struct PyModes {
 }
 
 impl PyModes {
+    fn new(problem: PyProblem, method: Method, modes: Modes) -> Self {
+        Self { question: Arc::new(Asked { problem, method }), modes }
+    }
+
     /// All words for up to two contacts, those that the method "auto" offers for more.
     pub(crate) fn solved(problem: PyProblem) -> PyResult<Self> {
         let count = match &problem {
@@ -408,8 +412,8 @@ impl PyModes {
             PyProblem::Mechanism(problem) => problem.0.sliding().len(),
         };
         let method = if count <= 2 { Method::Enumerate } else { Method::Auto };
-        let modes = problem.solve(method)?;
-        Ok(Self { question: Arc::new(Asked { problem, method }), modes })
+        let modes = problem.solve(method).map_err(|e| to_py(&e))?;
+        Ok(Self::new(problem, method, modes))
     }
 
     fn get(&self, letters: &str) -> Option<&ModeAnswer> {
@@ -513,6 +517,9 @@ fn some<'a>(modes: impl Iterator<Item = &'a ModeAnswer>, count: usize) -> String
 /// "auto" takes the cheaper method: all words for up to six closed contacts, one consistent word for more. wrench : (f_x, f_y,
 /// torque about the centre of mass), N and N m, added to gravity.
 ///
+/// A sequence of them, or an array of objects, has a list of Modes, or an array, with None for None, as for `stability`; the other arguments
+/// are the same for each. threads, progress : as for `stability`.
+///
 /// A contact is closed if |gap| is within rounding. Raises ValueError naming the field, its value and the allowed
 /// range. A closed contact that approaches its ground is an error too, because an impact comes first.
 ///
@@ -525,43 +532,88 @@ fn some<'a>(modes: impl Iterator<Item = &'a ModeAnswer>, count: usize) -> String
 /// >>> sf.contact_modes(table, wrench=(6, 0, 0)).consistent      # pushed hard, it tips over the right foot
 /// ['SF']
 #[pyfunction]
-#[pyo3(signature = (posture, q=[0.0; 3], qdot=[0.0; 3], *, method="auto", wrench=[0.0; 3], **unknown), text_signature = "(posture, q=(0.0, 0.0, 0.0), qdot=(0.0, 0.0, 0.0), *, method=\"auto\", wrench=(0.0, 0.0, 0.0))")]
-pub(crate) fn contact_modes(
-    py: Python<'_>,
-    posture: &Bound<'_, PyAny>,
+#[allow(clippy::too_many_arguments, reason = "the keywords of the function in Python")]
+#[pyo3(signature = (posture, q=[0.0; 3], qdot=[0.0; 3], *, method="auto", wrench=[0.0; 3], threads=None, progress=None, **unknown), text_signature = "(posture, q=(0.0, 0.0, 0.0), qdot=(0.0, 0.0, 0.0), *, method=\"auto\", wrench=(0.0, 0.0, 0.0), threads=None, progress=None)")]
+pub(crate) fn contact_modes<'py>(
+    py: Python<'py>,
+    #[pyo3(from_py_with = subjects)] posture: lists::Asked<Subject>,
     #[pyo3(from_py_with = input::q)] q: [f64; 3],
     #[pyo3(from_py_with = input::qdot)] qdot: [f64; 3],
     #[pyo3(from_py_with = input::method)] method: &str,
     #[pyo3(from_py_with = input::wrench)] wrench: [f64; 3],
-    unknown: Option<&Bound<'_, PyDict>>,
-) -> PyResult<PyModes> {
+    #[pyo3(from_py_with = input::threads)] threads: Option<usize>,
+    #[pyo3(from_py_with = lists::progress)] progress: Option<bool>,
+    unknown: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
     input::no_keywords("contact_modes", unknown)?;
     let method = call("method", method)?;
-    let own = |what: &str| {
+    let solved = |of: &Subject, _: &dyn Fn() -> bool| {
+        let problem = of.problem(q, qdot, wrench)?;
+        let modes = problem.solve(method)?;
+        Ok((problem, modes))
+    };
+    match posture {
+        lists::Asked::One(of) => {
+            let (problem, modes) =
+                py.detach(|| solved(&of, &|| false)).map_err(|e: Error| to_py(&e))?;
+            Ok(PyModes::new(problem, method, modes).into_pyobject(py)?.into_any())
+        }
+        lists::Asked::Many(list) => {
+            let found = list.answers(py, Threads { count: threads, progress }, &solved)?;
+            list.objects(py, found, |_, (problem, modes)| PyModes::new(problem, method, modes))
+        }
+    }
+}
+
+/// What has contact modes.
+pub(crate) enum Subject {
+    Posture(PyPosture),
+    Problem(Box<PyProblem>),
+    Mechanism(PyMechanism),
+}
+
+impl Subject {
+    /// Its problem in a state and with a wrench, which only a posture can have.
+    fn problem(&self, q: [f64; 3], qdot: [f64; 3], wrench: [f64; 3]) -> Result<PyProblem, Error> {
+        let own = match self {
+            Self::Posture(posture) => {
+                let problem = ContactProblem::of_posture(&posture.0, &State::new(q, qdot), wrench);
+                return problem.map(PyProblem::of_body);
+            }
+            Self::Problem(problem) => match **problem {
+                PyProblem::Body(_) => "a ContactProblem has a state and load of its own",
+                PyProblem::Mechanism(_) => "a MechanismProblem has signs of sliding of its own",
+            },
+            Self::Mechanism(_) => {
+                "a Mechanism is given in its posture at rest; a MechanismProblem has signs of sliding"
+            }
+        };
         for (field, value) in [("q", q), ("qdot", qdot), ("wrench", wrench)] {
             if value != [0.0; 3] {
-                return Err(input::refused(field, value, what));
+                return Err(input::refused(field, value, own));
             }
         }
-        Ok(())
+        Ok(match self {
+            Self::Mechanism(of) => PyProblem::of_mechanism(MechanismProblem::at_rest(&of.0)),
+            Self::Problem(problem) => (**problem).clone(),
+            Self::Posture(_) => unreachable!("a posture has been answered"),
+        })
+    }
+}
+
+/// Reads what has contact modes, or a list of such.
+fn subjects(value: &Bound<'_, PyAny>) -> PyResult<lists::Asked<Subject>> {
+    let read = |value: &Bound<'_, PyAny>| {
+        if let Ok(posture) = value.cast::<PyPosture>() {
+            Some(Subject::Posture(posture.get().clone()))
+        } else if let Ok(problem) = value.cast::<PyContactProblem>() {
+            Some(Subject::Problem(Box::new(PyProblem::Body(problem.get().clone()))))
+        } else if let Ok(mechanism) = value.cast::<PyMechanism>() {
+            Some(Subject::Mechanism(mechanism.get().clone()))
+        } else {
+            let problem = value.cast::<PyMechanismProblem>().ok()?;
+            Some(Subject::Problem(Box::new(PyProblem::Mechanism(problem.get().clone()))))
+        }
     };
-    let problem = if let Ok(posture) = posture.cast::<PyPosture>() {
-        let problem = ContactProblem::of_posture(&posture.get().0, &State::new(q, qdot), wrench);
-        PyProblem::of_body(problem.map_err(|e| to_py(&e))?)
-    } else if let Ok(problem) = posture.cast::<PyContactProblem>() {
-        own("a ContactProblem has a state and load of its own")?;
-        PyProblem::Body(problem.get().clone())
-    } else if let Ok(mechanism) = posture.cast::<PyMechanism>() {
-        own(
-            "a Mechanism is given in its posture at rest; a MechanismProblem has signs of sliding",
-        )?;
-        PyProblem::of_mechanism(MechanismProblem::at_rest(&mechanism.get().0))
-    } else if let Ok(problem) = posture.cast::<PyMechanismProblem>() {
-        own("a MechanismProblem has signs of sliding of its own")?;
-        PyProblem::Mechanism(problem.get().clone())
-    } else {
-        return Err(input::no_body(posture));
-    };
-    let modes = py.detach(|| problem.solve(method))?;
-    Ok(PyModes { question: Arc::new(Asked { problem, method }), modes })
+    lists::Asked::read(value, read, input::no_body)
 }

@@ -20,6 +20,7 @@ use crate::error::to_py;
 use crate::files::write_whole;
 use crate::input;
 use crate::interrupt::interruptible;
+use crate::lists::{self, Asked, Threads};
 use crate::mechanism::{PyMechanism, body};
 use crate::modes::{PyModes, PyProblem};
 use crate::posture::PyPosture;
@@ -49,22 +50,43 @@ pub(crate) enum Standing {
     Mechanism(PyMechanism),
 }
 
+/// A posture or a mechanism; `None` for anything else.
+fn some_standing(value: &Bound<'_, PyAny>) -> Option<Standing> {
+    if let Ok(posture) = value.cast::<PyPosture>() {
+        return Some(Standing::Body(posture.get().clone()));
+    }
+    value.cast::<PyMechanism>().ok().map(|found| Standing::Mechanism(found.get().clone()))
+}
+
 /// Reads a posture or a mechanism.
 pub(crate) fn standing(value: &Bound<'_, PyAny>) -> PyResult<Standing> {
-    if let Ok(posture) = value.cast::<PyPosture>() {
-        return Ok(Standing::Body(posture.get().clone()));
-    }
-    let needed = if value.is_instance_of::<PyChain>() {
-        "a Posture or a Mechanism is needed, such as chain.mechanism(q)"
-    } else if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        "one Posture or one Mechanism is needed: simulate_many follows many bodies, each by itself; bodies that touch each other are one Mechanism"
-    } else {
-        "a Posture or a Mechanism is needed"
-    };
-    let mechanism = value.cast::<PyMechanism>();
-    mechanism
-        .map(|found| Standing::Mechanism(found.get().clone()))
-        .map_err(|_| input::wrong_type("posture", value, needed))
+    some_standing(value).ok_or_else(|| {
+        let list = value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>();
+        let needed = if value.is_instance_of::<PyChain>() {
+            OF_CHAIN
+        } else if list {
+            "one Posture or one Mechanism is needed: simulate_many follows many bodies, each by itself; bodies that touch each other are one Mechanism"
+        } else {
+            "a Posture or a Mechanism is needed"
+        };
+        input::wrong_type("posture", value, needed)
+    })
+}
+
+const OF_CHAIN: &str = "a Posture or a Mechanism is needed, such as chain.mechanism(q)";
+
+/// Reads a posture, a mechanism, or a list of them.
+pub(crate) fn standings(value: &Bound<'_, PyAny>) -> PyResult<Asked<Standing>> {
+    Asked::read(value, some_standing, |field, value| {
+        let needed = if value.is_instance_of::<PyChain>() {
+            OF_CHAIN
+        } else if field == "posture" {
+            "a Posture, a Mechanism or a sequence of them is needed"
+        } else {
+            "a Posture, a Mechanism or None is needed"
+        };
+        input::wrong_type(field, value, needed)
+    })
 }
 
 #[pymethods]
@@ -463,49 +485,72 @@ impl PyVerdict {
 /// random small kicks to simulate as well. seed : seed of their random numbers. verdict.trials has their results, which are
 /// evidence and never change the verdict.
 ///
-/// posture : Posture or Mechanism. With three coordinates that are not locked a mechanism has the tests of a rigid body. With more (joints with
+/// posture : Posture or Mechanism, or a sequence of them: the result is then a list of Verdicts in the same order, computed on all cores, each the
+/// same to the last bit as by itself. For an array of objects it is an array of its shape. None has the answer None: a foothold out of reach, say.
+/// threads : number of threads for a sequence; None uses every core. progress : whether a progress bar is shown for a sequence; None shows it
+/// on a terminal after a second if tqdm is installed. With three coordinates that are not locked a mechanism has the tests of a rigid body. With more (joints with
 /// torques) it is "unstable" by "not-equilibrium", "accelerating-mode" or "no-solution", or else "undecided" with the reason "joints".
 ///
-/// Raises ValueError naming `contacts` if no contact touches its ground, or if one touches it at an end of its piece.
+/// Raises ValueError naming `contacts` if no contact touches its ground, or if one touches it at an end of its piece; for a sequence with the
+/// first item that has an error, as `posture[17]`, from 0.
 ///
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
 /// >>> sf.stability(rod).by
 /// 'theorem-3'
+/// >>> sf.stability([rod, None, sf.Posture.box(1, 1, friction=0.5)])
+/// [<Verdict: stable by theorem-3>, None, <Verdict: stable by theorem-3-loose>]
 /// >>> sf.stability(rod, trials=100).trials
 /// {'seed': 0, 'kicks': 100, 'rest': 100, 'others': {}}
 #[pyfunction]
-#[pyo3(signature = (posture, *, jams=None, width=DEFAULT_WIDTH, trials=0, seed=0, **unknown), text_signature = "(posture, *, jams=\"none\", width=1e-12, trials=0, seed=0)")]
-pub(crate) fn stability(
-    py: Python<'_>,
-    #[pyo3(from_py_with = standing)] posture: Standing,
-    jams: Option<&Bound<'_, PyAny>>,
+#[allow(clippy::too_many_arguments, reason = "the keywords of the function in Python")]
+#[pyo3(signature = (posture, *, jams=None, width=DEFAULT_WIDTH, trials=0, seed=0, threads=None, progress=None, **unknown), text_signature = "(posture, *, jams=\"none\", width=1e-12, trials=0, seed=0, threads=None, progress=None)")]
+pub(crate) fn stability<'py>(
+    py: Python<'py>,
+    #[pyo3(from_py_with = standings)] posture: Asked<Standing>,
+    jams: Option<&Bound<'py, PyAny>>,
     #[pyo3(from_py_with = input::width)] width: f64,
     #[pyo3(from_py_with = input::trials)] trials: usize,
     #[pyo3(from_py_with = input::seed)] seed: usize,
-    unknown: Option<&Bound<'_, PyDict>>,
-) -> PyResult<PyVerdict> {
+    #[pyo3(from_py_with = input::threads)] threads: Option<usize>,
+    #[pyo3(from_py_with = lists::progress)] progress: Option<bool>,
+    unknown: Option<&Bound<'py, PyDict>>,
+) -> PyResult<Bound<'py, PyAny>> {
     input::no_keywords("stability", unknown)?;
     let jams = jams.map_or(Ok(Jams::None), crate::options::jams)?;
-    let options = StabilityOptions { jams, width };
-    let found = match &posture {
+    let (options, seed) = (StabilityOptions { jams, width }, seed as u64);
+    let without_kicks = |on: &Standing| match on {
         Standing::Body(posture) => standfast::stability::stability_with(&posture.0, &options),
         Standing::Mechanism(of) => mechanism_stability(&of.0, &options),
     };
-    let mut verdict = found.map_err(|e| to_py(&e))?;
-    if trials > 0 {
-        let seed = seed as u64;
-        let found = interruptible(py, |cancel| match &posture {
-            Standing::Body(posture) => {
-                standfast::stability::trials(&posture.0, trials, seed, jams, cancel)
-            }
-            Standing::Mechanism(of) => {
-                standfast::stability::mechanism_trials(&of.0, trials, seed, jams, cancel)
-            }
-        })?;
-        verdict.trials = Some(found);
+    let with_kicks = |on: &Standing, cancel: &dyn Fn() -> bool| {
+        let mut verdict = without_kicks(on)?;
+        if trials > 0 {
+            let found = match on {
+                Standing::Body(posture) => {
+                    standfast::stability::trials(&posture.0, trials, seed, jams, cancel)
+                }
+                Standing::Mechanism(of) => {
+                    standfast::stability::mechanism_trials(&of.0, trials, seed, jams, cancel)
+                }
+            };
+            verdict.trials = Some(found?);
+        }
+        Ok(verdict)
+    };
+    match posture {
+        Asked::One(on) => {
+            let verdict = match trials {
+                0 => without_kicks(&on).map_err(|e| to_py(&e))?,
+                _ => interruptible(py, |cancel| with_kicks(&on, cancel))?,
+            };
+            Ok(PyVerdict { on, verdict }.into_pyobject(py)?.into_any())
+        }
+        Asked::Many(list) => {
+            let found = list.answers(py, Threads { count: threads, progress }, &with_kicks)?;
+            list.objects(py, found, |on, verdict| PyVerdict { on, verdict })
+        }
     }
-    Ok(PyVerdict { on: posture, verdict })
 }
 
 /// Least and largest (tangential, normal) force of each contact.
@@ -543,6 +588,8 @@ pub(crate) fn static_forces<'py>(
 /// sufficient. Any number of contacts. Forces may be outside of their cones by 1e-12 of the load, so the margin has an error of this order.
 /// posture : Posture or Mechanism, which has its load with all factors: that of a robot under torques is the friction that these torques leave.
 ///
+/// A sequence, or an array of objects, has an array of margins; nan for None. threads, progress : as for `stability`.
+///
 /// >>> import math
 /// >>> import standfast as sf
 /// >>> foot = sf.Contact(point=(0, 0), slope=math.atan(0.2), friction=0.5)
@@ -550,10 +597,24 @@ pub(crate) fn static_forces<'py>(
 /// >>> round(sf.friction_margin(point), 12)           # on a slope of 0.2, with friction 0.5
 /// 0.6
 #[pyfunction]
-pub(crate) fn friction_margin(#[pyo3(from_py_with = standing)] posture: Standing) -> f64 {
-    match &posture {
+#[pyo3(signature = (posture, *, threads=None, progress=None))]
+pub(crate) fn friction_margin<'py>(
+    py: Python<'py>,
+    #[pyo3(from_py_with = standings)] posture: Asked<Standing>,
+    #[pyo3(from_py_with = input::threads)] threads: Option<usize>,
+    #[pyo3(from_py_with = lists::progress)] progress: Option<bool>,
+) -> PyResult<Bound<'py, PyAny>> {
+    let margin = |on: &Standing| match on {
         Standing::Body(posture) => standfast::stability::friction_margin(&posture.0),
         Standing::Mechanism(mechanism) => mechanism_friction_margin(&mechanism.0),
+    };
+    match posture {
+        Asked::One(on) => Ok(margin(&on).into_pyobject(py)?.into_any()),
+        Asked::Many(list) => {
+            let threads = Threads { count: threads, progress };
+            let found = list.answers(py, threads, &|on, _| Ok(margin(on)))?;
+            list.numbers(py, found)
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! Many independent results on several threads. No result depends on the thread that computes it.
 
+use std::cell::Cell;
 use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
@@ -8,6 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use crate::error::Error;
+use crate::simulate::batch::Resources;
 
 /// Interval between two calls of `cancel`.
 const POLL: Duration = Duration::from_millis(20);
@@ -17,7 +19,10 @@ const TURN: usize = 512;
 const TURNS: usize = 8;
 
 /// The number of a result that could not be computed, and its error.
-pub(crate) type FailedAt = (usize, Error);
+pub type FailedAt = (usize, Error);
+
+/// Answers one item. Its second argument returns true once the computation is to stop; the result is then [`Error::Cancelled`].
+pub type Answer<'a, T, A> = dyn Fn(&T, &dyn Fn() -> bool) -> Result<A, Error> + Sync + 'a;
 
 /// Computes a block from a range of numbers. Once its second argument, called from time to time, returns true, the result is
 /// [`Error::Cancelled`].
@@ -100,6 +105,63 @@ pub(crate) fn in_blocks<B: Send>(
     }
     blocks.sort_unstable_by_key(|(from, _)| *from);
     Ok(blocks.into_iter().map(|(_, block)| block).collect())
+}
+
+/// The answers to many items, each computed by itself, in the order of the items. They do not depend on the number of threads.
+///
+/// `cancel` and `done` are called from time to time, always on the thread that has called this function: once `cancel` returns true, the
+/// result is [`Error::Cancelled`]; `done` gets the number of items that have been answered since its last call.
+///
+/// ```
+/// use standfast::simulate::{Resources, many};
+/// use standfast::stability::stability;
+/// use standfast::{Error, Lamina, Posture};
+///
+/// let rod = |e: u32| Posture::rod(0.5, &Lamina { gyration_radius: Some(0.2), restitution: f64::from(e) / 100.0, ..Lamina::default() });
+/// let rods = (0..100).map(rod).collect::<Result<Vec<_>, _>>()?;
+/// let verdicts = many(&rods, Resources::default(), &|| false, &|_| (), &|rod, _| stability(rod));
+/// assert_eq!(verdicts.unwrap()[10].frictional_stability, stability(&rods[10])?.frictional_stability);
+/// let stopped = many(&rods, Resources { threads: 1 }, &|| true, &|_| (), &|rod, _| stability(rod));
+/// assert!(matches!(stopped, Err((0, Error::Cancelled))));
+/// # Ok::<(), Error>(())
+/// ```
+///
+/// # Errors
+///
+/// The number of the first item with an error, from 0, and its error.
+pub fn many<T: Sync, A: Send>(
+    items: &[T],
+    resources: Resources,
+    cancel: &dyn Fn() -> bool,
+    done: &dyn Fn(usize),
+    answer: &Answer<'_, T, A>,
+) -> Result<Vec<A>, FailedAt> {
+    let (answered, known) = (AtomicUsize::new(0), Cell::new(0));
+    let report = || {
+        let now = answered.load(Ordering::Relaxed);
+        let since = now - known.replace(now);
+        if since > 0 {
+            done(since);
+        }
+    };
+    let cancel = || {
+        report();
+        cancel()
+    };
+    let work = |numbers: Range<usize>, stop: &dyn Fn() -> bool| {
+        let mut block = Vec::with_capacity(numbers.len());
+        for at in numbers {
+            if stop() {
+                return Err((at, Error::Cancelled));
+            }
+            block.push(answer(&items[at], stop).map_err(|error| (at, error))?);
+            answered.fetch_add(1, Ordering::Relaxed);
+        }
+        Ok(block)
+    };
+    let blocks = in_blocks(items.len(), 1, resources.threads, &cancel, &work)?;
+    report();
+    Ok(blocks.into_iter().flatten().collect())
 }
 
 /// A poisoned lock is ignored: the panic of its thread is propagated.
