@@ -2,9 +2,7 @@
 //!
 //! Runs are independent: each has the same result as a single run, to the bit. Threads take blocks of runs.
 
-use std::num::NonZero;
 use std::ops::Range;
-use std::thread::available_parallelism;
 
 use crate::body::posture::Posture;
 use crate::body::state::State;
@@ -14,25 +12,11 @@ use crate::motion::drops::Drops;
 use crate::options::Options;
 use crate::outcome::End;
 use crate::simulate::limits::solvable;
-use crate::simulate::parallel::{FailedAt, in_blocks};
+use crate::simulate::parallel::{FailedAt, Resources, in_blocks};
 use crate::simulate::simulation::Simulation;
 
 /// Least number of runs that justifies the start of a thread.
 const LEAST: usize = 16;
-
-/// Resources of the machine that many runs may use. Results do not depend on them.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Resources {
-    /// Threads; 0 counts as 1.
-    pub threads: usize,
-}
-
-impl Default for Resources {
-    /// All resources of the machine.
-    fn default() -> Self {
-        Self { threads: available_parallelism().map_or(1, NonZero::get) }
-    }
-}
 
 /// The ends of many runs: of one posture from each of the states, or of as many postures as states, each from its own state.
 /// Nothing is recorded; [`simulate`](crate::simulate()) computes the same run, to the bit, with its events.

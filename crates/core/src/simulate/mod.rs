@@ -11,10 +11,10 @@ mod simulation;
 mod start;
 pub(crate) mod trajectory;
 
-pub use batch::{Resources, simulate_many, simulate_many_until};
+pub use batch::{simulate_many, simulate_many_until};
 pub use clocks::FilmClock;
 pub use mechanism::{simulate_mechanism, simulate_mechanism_until};
-pub use parallel::{Answer, FailedAt, many};
+pub use parallel::{Answer, FailedAt, Resources, many};
 pub use reader::Reader;
 pub use simulation::Simulation;
 pub use trajectory::{MOST_SAMPLES, Trajectory};

@@ -1,15 +1,15 @@
 //! Many independent results on several threads. No result depends on the thread that computes it.
 
 use std::cell::Cell;
+use std::num::NonZero;
 use std::ops::Range;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::thread;
+use std::thread::{self, available_parallelism};
 use std::time::Duration;
 
 use crate::error::Error;
-use crate::simulate::batch::Resources;
 
 /// Interval between two calls of `cancel`.
 const POLL: Duration = Duration::from_millis(20);
@@ -17,6 +17,20 @@ const POLL: Duration = Duration::from_millis(20);
 /// Most results in a block, and least number of blocks per thread, so that threads finish at nearly the same time.
 const TURN: usize = 512;
 const TURNS: usize = 8;
+
+/// Resources of the machine that many results may use. Results do not depend on them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Resources {
+    /// Threads; 0 counts as 1.
+    pub threads: usize,
+}
+
+impl Default for Resources {
+    /// All resources of the machine.
+    fn default() -> Self {
+        Self { threads: available_parallelism().map_or(1, NonZero::get) }
+    }
+}
 
 /// The number of a result that could not be computed, and its error.
 pub type FailedAt = (usize, Error);
