@@ -55,7 +55,7 @@ python:
 	$(BIN)/ruff format --check python tests examples benches site
 	$(BIN)/ruff check python tests examples benches site
 	$(BIN)/python -m mypy
-	$(BIN)/python -m mypy.stubtest standfast
+	$(BIN)/python -m mypy.stubtest --mypy-config-file pyproject.toml standfast
 	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 # Larger campaigns of the same tests: about two hours and a half on two cores. `make -k long` goes on after one that fails; `make long-walls`

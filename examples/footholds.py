@@ -33,6 +33,9 @@ def posture(x, trunk):                                 # front feet at x on bump
         return None                                    # out of reach
     q = robot.q(trunk, 0.33, joints=[*leg(*front), *leg(*rear)])
     return sf.robots.from_pinocchio(robot, robot.data, q, ["FL_foot", "RL_foot"], ground={"FL_foot": (slope, 0.8)}, friction=0.8, torques="holding", armature=0.003)
+
+def verdicts(footholds, trunks):
+    return sf.stability(np.array([[posture(x, trunk) for x in footholds] for trunk in trunks]))
 # the map
 # fmt: on
 
@@ -46,9 +49,9 @@ AREAS = {
 }
 
 
-def word(mechanism):
-    verdict = sf.stability(mechanism)
-    word = verdict.frictional_stability
+def word(verdict):
+    """The key in `AREAS` of a verdict; None for None."""
+    word = verdict and verdict.frictional_stability
     return verdict.by if word == "unstable" else word
 
 
@@ -57,8 +60,7 @@ def main(path="footholds.png", points=160):
     footholds = np.linspace(-0.05, 0.7, points)
     trunks = np.linspace(-0.06, 0.44, points * 7 // 8)
     start = time.perf_counter()
-    mechanisms = [[posture(x, trunk) for x in footholds] for trunk in trunks]
-    words = [[m and word(m) for m in row] for row in mechanisms]
+    words = [[word(verdict) for verdict in row] for row in verdicts(footholds, trunks)]
     count = sum(found is not None for row in words for found in row)
     print(f"{count} postures in {time.perf_counter() - start:.1f} s")
     picture = [[to_rgb(AREAS[f][0] if f else "white") for f in row] for row in words]

@@ -17,7 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from standfast import _core
-from standfast._core import Chain, Posture, Sweep, write_whole
+from standfast._core import Chain, Joint, Posture, Sweep, write_whole
 from standfast.suggest import nearest, parameters
 from standfast.units import described
 
@@ -72,7 +72,7 @@ def sweep(
     progress: bool | None = None,
     jams: str = "none",
     width: float = 1e-12,
-    torques: str | None = None,
+    torques: npt.ArrayLike | None = None,
     **options: Any,
 ) -> "xarray.Dataset":
     """Quantities of a posture, or of a chain, over a grid of its parameters, as an xarray.Dataset.
@@ -97,7 +97,7 @@ def sweep(
     A chain: q is its configuration (dof,), and the paths are gravity, restitution, friction (of all feet), armature (of all joints
     with torques), base.angle; joint.1.angle, joint.1.torque, joint.1.armature; foot.1.slope, foot.1.friction, and so on for other joints and
     feet. torques : "holding" or "least", each point has the torques of `Chain.holding_torques` there, its choice or the least ones (where there
-    are none, it is unstable by "not-equilibrium"); "given", those of its joints; None is "given" if a torque varies, and "holding" otherwise. "fate" and "zeno_time" are not
+    are none, it is unstable by "not-equilibrium"); "given", those of its joints; an array, N m, one for each joint of kind "torque"; None is "given" if a torque varies, and "holding" otherwise. "fate" and "zeno_time" are not
     offered; a flag is False, and a number NaN, where the field of the Verdict is None.
 
     The result does not depend, to the bit, on threads, executor or chunks. Margins and "theorem_3" take
@@ -140,6 +140,7 @@ def sweep(
             f"quantity = {names!r} cannot be used: each name is allowed only once"
         )
     hold = held(posture, axes, torques)
+    posture = under(posture, torques)
     question = Sweep(posture, axes, names, q, qdot, options or None, jams, hold, width)
     parts = _divided(question.size, chunk)
     answers = _answers(question, parts, threads, executor, cache)
@@ -153,20 +154,55 @@ def sweep(
     return _dataset(posture, axes, names, question, columns)
 
 
+def under(posture: Any, torques: npt.ArrayLike | None) -> Any:
+    """The chain whose joints of kind "torque" have these torques, unless they are a word or None."""
+    if torques is None or isinstance(torques, str) or not isinstance(posture, Chain):
+        return posture
+    values = np.asarray(torques, dtype=float)
+    moved = [k for k, joint in enumerate(posture.joints) if joint.kind == "torque"]
+    if values.shape != (len(moved),):
+        raise ValueError(
+            f"torques = array of shape {list(values.shape)} cannot be used: one entry for each of the {len(moved)} joints with a torque"
+        )
+    joints = list(posture.joints)
+    for k, torque in zip(moved, values.tolist(), strict=True):
+        joint = joints[k]
+        joints[k] = Joint(
+            joint.kind,
+            torque=torque,
+            armature=joint.armature,
+            parent=joint.parent,
+            at=joint.at,
+            angle=joint.angle,
+        )
+    return Chain(
+        posture.base,
+        posture.links,
+        joints,
+        posture.feet,
+        gravity=posture.gravity,
+        restitution=posture.restitution,
+    )
+
+
 def held(
-    posture: object, axes: list[tuple[str, npt.NDArray[Any]]], torques: str | None
+    posture: object,
+    axes: list[tuple[str, npt.NDArray[Any]]],
+    torques: npt.ArrayLike | None,
 ) -> Literal["middle", "least"] | None:
     """Which of the torques that hold a chain its joints have at each point; None: their own."""
-    if not (torques is None or (isinstance(torques, str) and torques in TORQUES)):
+    if torques is not None and not isinstance(posture, Chain):
         raise ValueError(
-            f"torques = {torques!r} cannot be used: None, 'holding', 'least' or 'given' is allowed"
+            f"torques = {torques!r} cannot be used: only a Chain has torques"
         )
-    if not isinstance(posture, Chain):
-        if torques is not None:
-            raise ValueError(
-                f"torques = {torques!r} cannot be used: only a Chain has torques"
-            )
+    if not isinstance(posture, Chain) or not (
+        torques is None or isinstance(torques, str)
+    ):
         return None
+    if torques is not None and torques not in TORQUES:
+        raise ValueError(
+            f"torques = {torques!r} cannot be used: None, 'holding', 'least', 'given' or an array is allowed"
+        )
     varies = any(path.endswith(".torque") for path, _ in axes)
     return TORQUES[torques or ("given" if varies else "holding")]
 

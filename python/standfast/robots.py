@@ -10,7 +10,7 @@ and the order of the library. Units are SI, angles are in rad.
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 from weakref import ref
 
 import numpy as np
@@ -19,10 +19,7 @@ import numpy.typing as npt
 from standfast._core import ContactRows, Mechanism
 from standfast.suggest import nearest
 
-if TYPE_CHECKING:
-    import mujoco
-    import pinocchio
-
+# Types of Pinocchio and MuJoCo are `Any`: neither library says its own.
 _Floats = npt.NDArray[np.float64]
 _Bools = npt.NDArray[np.bool_]
 _Ints = npt.NDArray[np.intp]
@@ -217,7 +214,7 @@ class _Library:
 class _Pinocchio(_Library):
     name = "pinocchio"
 
-    def __init__(self, model: "pinocchio.Model") -> None:
+    def __init__(self, model: Any) -> None:
         import pinocchio
 
         self.pin = pinocchio
@@ -269,7 +266,7 @@ class _Pinocchio(_Library):
         elif self.base == "planar":
             self.units = [2, *self.units]
 
-    def _find_base(self, model: "pinocchio.Model", kinds: list[str], parents: list[int], J: _Floats) -> None:  # fmt: skip
+    def _find_base(self, model: Any, kinds: list[str], parents: list[int], J: _Floats) -> None:  # fmt: skip
         self.base, self.base_joint, self.base_nq, self.base_nv = "pinned", 0, 0, 0
         if model.njoints < 2:
             raise _unusable("model", model.name, "a model with joints")
@@ -391,7 +388,7 @@ def _is_planar(columns: _Floats) -> bool:
 class _Mujoco(_Library):
     name = "mujoco"
 
-    def __init__(self, model: "mujoco.MjModel") -> None:
+    def __init__(self, model: Any) -> None:
         import mujoco
 
         self.mj = mujoco
@@ -1074,7 +1071,7 @@ def _check_masses(library: _Library, bodies: _Bodies, partners: list[int], toler
 
 
 def sagittal(
-    model: "pinocchio.Model | mujoco.MjModel",
+    model: Any,
     pairs: Iterable[Sequence[str]] | None = None,
     tolerance: float = MIRROR,
 ) -> Sagittal:
@@ -1104,8 +1101,8 @@ def sagittal(
 
 
 def from_pinocchio(
-    model: "pinocchio.Model | Sagittal",
-    data: "pinocchio.Data",
+    model: "Any | Sagittal",
+    data: Any,
     q: npt.ArrayLike,
     feet: Sequence[Foot],
     plane: Literal["xz", "xy"] = "xz",
@@ -1145,8 +1142,8 @@ def from_pinocchio(
 
 
 def from_mujoco(
-    model: "mujoco.MjModel | Sagittal",
-    data: "mujoco.MjData",
+    model: "Any | Sagittal",
+    data: Any,
     feet: Sequence[Foot],
     plane: Literal["xz", "xy"] = "xz",
     locked: str | Iterable[str] = (),

@@ -198,7 +198,7 @@ def test_wrong_questions_name_the_field():
             call()
     for call, message in (
         (lambda: sf.robustness(1, [0.1]), "a Posture, or a Mechanism with all joints"),
-        (lambda: sf.stability(1), "a Posture or a Mechanism is needed"),
+        (lambda: sf.stability(1), "a Posture, a Mechanism or a sequence of them"),
     ):
         with pytest.raises(TypeError, match=message):
             call()

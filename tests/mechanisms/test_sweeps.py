@@ -85,6 +85,9 @@ def test_torques_that_are_given():
     )
     grid = sf.sweep(moved, over, "equilibrium", q=q)
     assert grid.equilibrium.values.tolist() == [True, False]
+    for torques, holds in ((found, True), (found + 100, False)):
+        grid = sf.sweep(chain, {"gravity": [9.81]}, "equilibrium", q=q, torques=torques)
+        assert grid.equilibrium.values.tolist() == [holds]
 
 
 WRONG = [
@@ -98,7 +101,8 @@ WRONG = [
     ({"q": None}, "q = None .* configuration of the chain"),
     ({"q": [0, 0]}, "5 coordinates"),
     ({"quantity": "fate"}, "a quantity of a verdict"),
-    ({"torques": "hold"}, "torques = 'hold' .*'holding', 'least' or 'given'"),
+    ({"torques": [1, 2, 3]}, r"torques = array of shape \[3\] .* of the 2 joints"),
+    ({"torques": "hold"}, "torques = 'hold' .*'holding', 'least', 'given' or an"),
 ]
 
 

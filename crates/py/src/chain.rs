@@ -379,7 +379,7 @@ impl PyChain {
     /// >>> arm = sf.Chain("pinned", [rod, rod], [sf.Joint("torque"), sf.Joint("torque")], gravity=10)
     /// >>> arm.holding_torques([0, 0]).torques         # stretched out: mg(1/2 + 3/2) and mg/2
     /// array([20.,  5.])
-    #[pyo3(signature = (q, contacts=None, choose=HoldingChoice::Middle), text_signature = "(q, contacts=None, choose=\"middle\")")]
+    #[pyo3(signature = (q, contacts=None, choose=HoldingChoice::Middle), text_signature = "($self, q, contacts=None, choose=\"middle\")")]
     fn holding_torques(
         slf: &Bound<'_, Self>,
         #[pyo3(from_py_with = input::coordinates)] q: Vec<f64>,

@@ -228,7 +228,7 @@ impl PyMechanism {
     /// >>> lift = sf.Mechanism([[3, 0, 0], [0, 3, 1], [0, 1, 1]], [0, -30, -10], [foot])
     /// >>> lift.holding_torques([2])
     /// <HoldingTorques: torques [10] N m, forces [(0, 30)] N, freedom 0>
-    #[pyo3(signature = (joints, contacts=None, choose=HoldingChoice::Middle), text_signature = "(joints, contacts=None, choose=\"middle\")")]
+    #[pyo3(signature = (joints, contacts=None, choose=HoldingChoice::Middle), text_signature = "($self, joints, contacts=None, choose=\"middle\")")]
     fn holding_torques(
         slf: &Bound<'_, Self>,
         #[pyo3(from_py_with = joints)] joints: Vec<usize>,
