@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
 #: Largest number of rows of a table that are printed.
 ROWS = 20
+#: Part of a coordinate in a direction of length 1, above which the coordinate moves. Rounding errors are some 1e-15.
+MOVED = 1e-9
 #: Largest number of forces of a word that are printed.
 FORCES = 3
 #: Largest number of coordinates of an acceleration that are printed.
@@ -266,11 +268,8 @@ def verdict_table(verdict: sf.Verdict) -> str:
         )
         if unfelt:
             lines.append("    the motions that no contact feels are not kicked")
-    if verdict.free_motion:
-        lines.append(
-            f"  free motion       {counted(verdict.free_motion, 'motion')} of the joints that no contact feels: after a kick it goes on for ever"
-            "; the verdict is about the contacts only"
-        )
+    if verdict.mechanism is not None and verdict.free_motion:
+        lines += _free_motion(verdict.mechanism, verdict.free_motion)
     if verdict.delicate:
         lines.append(
             f"  delicate          it is decided with the numbers exactly as given, but not for all scenes within {verdict.width:g} of them"
@@ -311,6 +310,21 @@ def jam_in_words(jam: dict[str, Any]) -> str:
     return (
         f"{contacts_named(jam['contacts'])} {who} {ways}, from friction {friction} on"
     )
+
+
+def _free_motion(mechanism: sf.Mechanism, count: int) -> list[str]:
+    """The motions that no contact feels: the kernel of the rows of all contacts in the coordinates that are not locked."""
+    free = [k for k in range(mechanism.dof) if k not in mechanism.locked]
+    rows = [row for c in mechanism.contacts for row in (c.tangential, c.normal)]
+    _, _, directions = np.linalg.svd(np.array(rows)[:, free])
+    moved = np.abs(directions[-count:]).max(axis=0) > MOVED
+    names = [k for k, part in zip(free, moved, strict=True) if part]
+    every = "it goes" if count == 1 else "they go"
+    return [
+        f"  free motion       {counted(count, 'motion')} that no contact feels, of coordinate{'s' if len(names) > 1 else ''} {listed(names)}"
+        f" (from 0): after a kick {every} on for ever at constant speed",
+        "    the verdict is about the contacts: whether all of them are at rest from some time on",
+    ]
 
 
 def _size(posture: sf.Posture) -> float:

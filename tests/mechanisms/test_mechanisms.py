@@ -75,7 +75,21 @@ def test_trials_say_that_motions_no_contact_feels_go_on():
     assert sf.stability(jointed()).free_motion == 0
     text = str(verdict)
     assert "5 ended with all contacts at rest" in text
-    assert "1 motion of the joints that no contact feels" in text
+    assert "1 motion that no contact feels, of coordinates 0 to 4 (from 0)" in text
+    # A spectator: a mass on a rail that nothing else feels.
+    of = jointed()
+    dof = of.dof
+    mass = np.eye(dof + 1)
+    mass[:dof, :dof] = of.mass_matrix
+    rows = [
+        sf.ContactRows([*c.normal, 0], [*c.tangential, 0], friction=c.friction)
+        for c in of.contacts
+    ]
+    with_mass = sf.Mechanism(mass, [*of.load, 0], rows, restitution=of.restitution)
+    verdict, alone = (sf.stability(one, trials=20) for one in (with_mass, of))
+    assert (verdict.free_motion, verdict.by) == (1, alone.by)
+    assert verdict.trials["rest"] == alone.trials["rest"]
+    assert f"of coordinate {dof} (from 0): after a kick it goes on" in str(verdict)
     assert "came to rest" in str(sf.stability(jointed(), trials=5))
 
 

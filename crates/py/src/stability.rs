@@ -183,7 +183,8 @@ impl PyVerdict {
         self.verdict.flight.as_ref().map(word)
     }
 
-    /// "stable", "unstable" or "undecided".
+    /// "stable": after every small kick the body comes back to rest; of a mechanism whose joints move, all its contacts are at rest from some time
+    /// on. "unstable": not after some kicks, however small. Or "undecided".
     #[getter]
     fn frictional_stability(&self) -> &str {
         self.verdict.frictional_stability.as_str()

@@ -56,6 +56,7 @@ pub use trials::{MOST_TRIALS, Trials, mechanism_trials, trials};
 
 use serde::{Deserialize, Serialize};
 
+use crate::body::Mechanism;
 use crate::body::contact::Contact;
 use crate::body::posture::Posture;
 use crate::body::state::State;
@@ -74,6 +75,7 @@ use conditions::{Pair, moves};
 use corner::{Away, CornerMap};
 use existence::Standing;
 use feet::Carried;
+use jams::no_motion;
 use local::Local;
 use trap::TrapCell;
 
@@ -546,6 +548,17 @@ fn judge_standing(
     details: Details,
 ) -> Result<Verdict, Error> {
     let mut verdict = judge_exactly_these(posture, options, details.amplification)?;
+    // The enclosed rows of a mechanism are those of a body up to rounding errors, which only a width covers.
+    if verdict.by.is_none()
+        && options.width > 0.0
+        && options.jams == Jams::None
+        && verdict.equilibrium.margin > verdict.clear()
+        && let Ok(mechanism) = Mechanism::of_posture(posture)
+        && let Some(start) = no_motion(&mechanism, options.width)
+    {
+        let evidence = Evidence::NoMotion(start);
+        verdict.take(Finding::Decided(Stability::Unstable, Argument::NoSolution, evidence));
+    }
     if details.delicate && verdict.by.is_none() && options.width > 0.0 {
         let exact = StabilityOptions { width: 0.0, ..options };
         verdict.delicate = judge_exactly_these(posture, exact, false)?.by.is_some();
