@@ -210,3 +210,50 @@ def test_the_table_names_the_rule():
     assert "jams              end by plastic impacts" in str(
         sf.stability(paper_vee(0.5, 2.5), jams="impact")
     )
+
+
+def test_a_contact_that_jams_alone_decides():
+    """600 bodies on one to five contacts of any slope: where one jams while the others are in the air, no motion exists from some start."""
+    rng = np.random.default_rng(20_261_130)
+    bodies = []
+    for _ in range(600):
+        kind = rng.integers(3)
+        feet = []
+        for _ in range(rng.integers(1, 6)):
+            slope = rng.uniform(-1, 1) if kind else 0.0
+            if kind == 2:
+                slope = rng.choice([0.0, math.pi / 2, -math.pi / 2, slope])
+            point = (rng.uniform(-1, 1), rng.uniform(-0.5, 0.3) if kind else 0.0)
+            feet.append(sf.Contact(point, slope, friction=rng.uniform(0, 2)))
+        bodies.append(
+            sf.Posture(
+                mass=1,
+                gyration_radius=rng.uniform(0.1, 1),
+                center_of_mass=(rng.uniform(-0.5, 0.5), rng.uniform(0.2, 2)),
+                contacts=feet,
+                restitution=rng.uniform(0, 0.5),
+            )
+        )
+    seen = collections.Counter()
+    for body, verdict in zip(bodies, sf.stability(bodies), strict=True):
+        jams = verdict.jams
+        if verdict.frictional_stability == "stable":
+            assert jams == []
+        if verdict.by == "no-solution":
+            assert verdict.evidence["jams"] == jams != []
+            claim = verdict.certificate()["claim"]
+            assert claim["by"] == "no-solution"
+        alone = [jam for jam in jams if len(jam["contacts"]) == 1]
+        if verdict.by is None:
+            assert alone == []
+        for jam in alone:
+            # N M⁻¹ (N − σ μ T)ᵀ = 0 of a body: 1 + b² = −σ μ b c, with b = t·d/ρ and c = n·d/ρ, d from the centre of mass.
+            [number], sign = jam["contacts"], {"R": 1, "L": -1}[jam["slides"]]
+            foot = body.contacts[number - 1]
+            d = np.subtract(foot.point, body.center_of_mass) / body.gyration_radius
+            t = np.array([math.cos(foot.slope), math.sin(foot.slope)])
+            b, c = t @ d, d[1] * t[0] - d[0] * t[1]
+            assert jam["friction"] == [pytest.approx(-(1 + b * b) / (sign * b * c))]
+            assert foot.friction > jam["friction"][0]
+        seen[verdict.by, bool(alone)] += 1
+    assert seen["no-solution", True] > 100

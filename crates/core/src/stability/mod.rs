@@ -548,13 +548,15 @@ fn judge_standing(
     details: Details,
 ) -> Result<Verdict, Error> {
     let mut verdict = judge_exactly_these(posture, options, details.amplification)?;
-    // The enclosed rows of a mechanism are those of a body up to rounding errors, which only a width covers.
+    // The enclosed rows of a mechanism are those of a body up to rounding errors, which only a width covers. Pairs are left out: certificates
+    // do not decide all of them.
     if verdict.by.is_none()
         && options.width > 0.0
         && options.jams == Jams::None
         && verdict.equilibrium.margin > verdict.clear()
         && let Ok(mechanism) = Mechanism::of_posture(posture)
         && let Some(start) = no_motion(&mechanism, options.width)
+        && start.contacts.len() == 1
     {
         let evidence = Evidence::NoMotion(start);
         verdict.take(Finding::Decided(Stability::Unstable, Argument::NoSolution, evidence));
