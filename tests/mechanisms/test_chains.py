@@ -153,6 +153,41 @@ def test_the_unit_of_length_does_not_decide():
     assert h[3:] - edges[3:] @ weights == pytest.approx(torques, abs=1e-8)
 
 
+def test_one_contact_that_carries_everything():
+    """The other one has no force: four sides of two cones meet in one point. Forces stay in the cones, and torques in their intervals."""
+    rng = np.random.default_rng(4)
+    rows = [[3, 3, 0], [1, 3, -2]], [[2, 2, 1], [0, -1, -1]]
+    cases = [(rows, [-35, -45, 10], [2])]
+    while len(cases) < 2000:
+        pairs = rng.integers(-3, 4, (2, 2, 3)).astype(float)
+        force = np.array([rng.uniform(-0.5, 0.5), 1.0]) * 10
+        n, t = pairs[0]
+        cases.append((pairs, -(force[1] * n + force[0] * t), [2]))
+    asked = 0
+    for pairs, load, joints in cases:
+        try:
+            contacts = [sf.ContactRows(n, t, friction=0.5) for n, t in pairs]
+            made = sf.Mechanism(np.eye(3), load, contacts)
+        except ValueError:
+            continue
+        for choose in ("middle", "least"):
+            held = made.holding_torques(joints, choose=choose)
+            if held is None:
+                continue
+            asked += 1
+            size = 1 + np.abs(held.forces).max()
+            tangential, normal = held.forces.T
+            assert (np.abs(tangential) <= 0.5 * normal + 1e-8 * size).all()
+            balance = np.array(load, dtype=float)
+            balance[joints] += held.torques
+            for (n, t), (ft, fn) in zip(pairs, held.forces, strict=True):
+                balance += np.multiply(n, fn) + np.multiply(t, ft)
+            assert np.abs(balance).max() < 1e-9 * size
+            (low, high), torque = held.torque_interval[0], held.torques[0]
+            assert low - 1e-8 * size <= torque <= high + 1e-8 * size
+    assert asked > 1000
+
+
 def test_points_of_a_biped():
     links, feet = biped().points(Q)
     assert links.shape == (3, 2, 2)

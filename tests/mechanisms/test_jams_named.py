@@ -140,3 +140,29 @@ def test_two_feet_that_jam_only_together():
     assert found[0]["friction"] == pytest.approx([1 / 0.6] * 2, rel=1e-12)
     text = str(sf.stability(mechanism))
     assert "contacts 1 and 2 only together while they slide right and right" in text
+
+
+def test_a_foot_on_the_floor_and_a_hand_at_the_wall():
+    """The wall bears no weight: two of the roots are one, and the interval between them is none."""
+
+    def body(factor):
+        foot = sf.Contact((-0.11, 0.86), friction=0.5 * factor)
+        hand = sf.Contact((-0.92, 0.46), slope=-math.pi / 2, friction=2 * factor)
+        return sf.Posture(
+            mass=1,
+            gyration_radius=0.3,
+            center_of_mass=(-0.47, 0.08),
+            contacts=[foot, hand],
+            restitution=0,
+        )
+
+    [jam] = sf.stability(body(1)).jams
+    assert jam["friction"] == pytest.approx([0.27319, 1.09275], abs=1e-5)
+    factor = jam["friction"][0] / 0.5
+    for around, jams in ((1 + 1e-9, True), (1 - 1e-9, False)):
+        found = [
+            j
+            for j in sf.stability(body(factor * around)).jams
+            if len(j["contacts"]) == 2
+        ]
+        assert bool(found) == jams

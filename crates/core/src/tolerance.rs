@@ -146,6 +146,18 @@ pub(crate) const CONE_SLACK: f64 = 1e-12;
 /// have rounding errors of about ε times the condition number of the rows. Range: 1e-12 to 1e-6.
 pub(crate) const ROW_WEIGHT: f64 = 1e-9;
 
+/// Difference of two factors on the friction at which a sign of two sliding contacts changes, up to which they count as one. Unit: the factor.
+/// Roots that are equal in exact arithmetic differ by some ε. Range: 1e-15 to 1e-10.
+pub(crate) const SAME_ROOT: f64 = 1e-12;
+
+/// Shifts of the sides of friction cones, tried in turn, that separate sides which meet in one point. Unit: force. The least torques then have an
+/// error of this order. The values are above the rounding errors of forces. Range: 1e-12 to 1e-6.
+pub(crate) const ROW_SHIFTS: [f64; 3] = [1e-10, 1e-8, 1e-6];
+
+/// Distance of contact forces outside a friction cone beyond which they do not count as least forces. Unit: force. The value is above the
+/// rounding error of forces that are large beside the load. Range: 1e-10 to 1e-7.
+pub(crate) const CONE_MISS: f64 = 1e-9;
+
 /// Component of the unit vector of internal forces and torques that counts as zero where its sign is chosen. The value is above the rounding
 /// error of a component. Range: 1e-14 to 1e-6.
 pub(crate) const INTERNAL_COMPONENT: f64 = 1e-9;

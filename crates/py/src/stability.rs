@@ -204,8 +204,8 @@ impl PyVerdict {
     }
 
     /// Every contact that jams while it slides (Painlevé), and every two contacts that jam only together: a list of dicts {"contacts", "slides",
-    /// "friction"}. contacts : their numbers. slides : their directions, a letter "R" or "L" for each. friction : the coefficient of each from which on
-    /// they jam; of two contacts both are multiplied by the same factor. Certain for all numbers within the width.
+    /// "friction"}. contacts : their numbers. slides : their directions, a letter "R" or "L" for each. friction : the coefficient of each from which up to
+    /// the given one they jam; of two contacts both are multiplied by the same factor. One contact jams with any larger one, too. Certain for all numbers within the width.
     ///
     /// >>> import math
     /// >>> import standfast as sf
@@ -490,7 +490,7 @@ impl PyVerdict {
 /// same to the last bit as by itself. For an array of objects it is an array of its shape. None has the answer None: a foothold out of reach, say.
 /// threads : number of threads for a sequence; None uses every core. progress : whether a progress bar is shown for a sequence; None shows it
 /// on a terminal after a second if tqdm is installed. With three coordinates that are not locked a mechanism has the tests of a rigid body. With more (joints with
-/// torques) it is "unstable" by "not-equilibrium", "accelerating-mode" or "no-solution", or else "undecided" with the reason "joints".
+/// torques) it is "unstable" by "not-equilibrium", "accelerating-mode" or "no-solution", "stable" by "bounded-corners", or "undecided" with the reason "joints".
 ///
 /// Raises ValueError naming `contacts` if no contact touches its ground, or if one touches it at an end of its piece; for a sequence with the
 /// first item that has an error, as `posture[17]`, from 0.

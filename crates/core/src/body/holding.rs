@@ -16,7 +16,8 @@
 //! *The choice.* Of one internal force with a bounded interval the middle may be chosen. The least torques are those with the least |τ|² within the cones, which are unique; the forces are then those with the least
 //! |f|². If all torques are moments, no unit of length has an effect on this choice. A shift of y to the nearest point of τ₀ + E y to zero, and a rotation that
 //! separates the directions u of y which change the torques from the others v, leave the problem min |u|² subject to G (u, v) ≥ g. It is solved by
-//! proximal steps, min |u|² + ε²|v − v_before|²: u converges by a factor ε² a step.
+//! proximal steps, min |u|² + ε²|v − v_before|²: u converges by a factor ε² a step. Where many sides of cones meet in one point, as at a contact
+//! without force, rounding may hide the least torques; those that are given then hold the mechanism, and are not the least.
 
 use serde::{Deserialize, Serialize};
 
@@ -29,7 +30,9 @@ use crate::math::orthonormal::{add_scaled, complement, dot, factors};
 use crate::math::simplex::maximise;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::serial::shown_as_written;
-use crate::tolerance::{CONE_SLACK, DEPENDENT_ROW, INTERNAL_COMPONENT, UNBOUNDED_DIRECTION};
+use crate::tolerance::{
+    CONE_MISS, CONE_SLACK, DEPENDENT_ROW, INTERNAL_COMPONENT, ROW_SHIFTS, UNBOUNDED_DIRECTION,
+};
 
 /// ε of the proximal steps. Any small number gives the same torques.
 const PROXIMAL: f64 = 1.0 / 1024.0;
@@ -283,7 +286,9 @@ impl<'a> Question<'a> {
         };
         let range = |values: Vec<f64>| {
             let opposite: Vec<f64> = values.iter().map(|value| -value).collect();
-            [-most(&opposite), most(&values)]
+            let [low, high] = [-most(&opposite), most(&values)];
+            // Rounding may exchange the ends of an interval that is a point.
+            if low <= high { [low, high] } else { [high, low] }
         };
         let torque_interval = self.joints.iter().map(|&(_, c)| {
             let unit = self.units[c];
@@ -336,7 +341,11 @@ impl<'a> Question<'a> {
                     free[0].clamp(low, high)
                 }]
             }
-            None => self.least(&family, &cones),
+            None => {
+                let least = self.least(&family, &cones);
+                // Rounding may hide the least torques where many sides of cones meet. The forces found first hold the mechanism.
+                if cones.contain(&least, self.force) { least } else { family.coordinates(&start) }
+            }
         };
         let held = family.at(&y);
         let (internal_torques, internal_forces) = match line {
@@ -482,9 +491,17 @@ impl<'a> Question<'a> {
         // The rows that are equations at the least torques, whatever z is.
         let (mut on, mut before) = (Vec::new(), f64::INFINITY);
         for _ in 0..if u.is_empty() { 0 } else { PROXIMAL_STEPS } {
-            let Some((step, equations)) = nearest_on(&both, &spare(&place(&none, &z))) else {
-                break;
+            let bounds = spare(&place(&none, &z));
+            // Where more rows meet in a point than it has coordinates, small different shifts of the rows may separate them.
+            let shifted = |part: f64| {
+                let shift = |(k, bound): (usize, &f64)| {
+                    bound - part * self.force * (1.0 + libm::sqrt(k as f64))
+                };
+                bounds.iter().enumerate().map(shift).collect::<Vec<f64>>()
             };
+            let found = nearest_on(&both, &bounds)
+                .or_else(|| ROW_SHIFTS.iter().find_map(|s| nearest_on(&both, &shifted(*s))));
+            let Some((step, equations)) = found else { break };
             let (own, moved) = step.split_at(u.len());
             // The steps become smaller until rounding errors are all of them.
             let size = dot(moved, moved).sqrt();
@@ -578,6 +595,17 @@ impl<'a> Question<'a> {
 }
 
 impl Family {
+    /// y of forces of the family.
+    fn coordinates(&self, forces: &[[f64; 2]]) -> Vec<f64> {
+        let moved: Vec<f64> = self
+            .components
+            .iter()
+            .zip(&self.forces)
+            .map(|(&(contact, axis), own)| forces[contact][axis] - own)
+            .collect();
+        self.directions.iter().map(|axis| dot(axis, &moved)).collect()
+    }
+
     /// The forces f₀ + D y.
     fn at(&self, y: &[f64]) -> Vec<f64> {
         let mut f = self.forces.clone();
@@ -589,6 +617,14 @@ impl Family {
 }
 
 impl Cones {
+    /// Returns true if forces are outside of no cone by more than rounding errors. `force`: the unit of force.
+    fn contain(&self, y: &[f64], force: f64) -> bool {
+        let size = force + dot(y, y).sqrt();
+        let sides = self.rows.iter().zip(&self.bounds);
+        y.iter().all(|part| part.is_finite())
+            && sides.into_iter().all(|(row, bound)| bound - dot(row, y) <= CONE_MISS * size)
+    }
+
     /// The interval of the one coordinate y. There is one, because some forces hold the chain; where it is a point, rounding may exchange its
     /// ends, and their mean is taken.
     fn interval(&self) -> [f64; 2] {

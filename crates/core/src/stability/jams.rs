@@ -20,6 +20,7 @@ use crate::math::real::Enclosed;
 use crate::math::simplex::maximise;
 use crate::modes::{Mode, Word};
 use crate::outcome::ContactNumber;
+use crate::tolerance::SAME_ROOT;
 use crate::verified::rows::{EnclosedRows, dot};
 
 type I = Interval;
@@ -34,7 +35,8 @@ pub struct Jam {
     pub contacts: Vec<ContactNumber>,
     /// Their directions of sliding: R or L.
     pub slides: Word,
-    /// Coefficients of friction of these contacts from which on they jam, dimensionless. Of two contacts both are multiplied by the same factor.
+    /// Coefficients of friction of these contacts from which up to those given they jam, dimensionless. Of two contacts both are multiplied by the same
+    /// factor. One contact jams with any larger one, too.
     pub friction: Vec<f64>,
 }
 
@@ -287,6 +289,8 @@ fn starting_factor(fixed: &[[f64; 2]; 2], moved: &[[f64; 2]; 2], g: &[f64; 2]) -
     roots.extend([q / a, c / q]);
     roots.retain(|root| *root > 0.0 && *root < 1.0);
     roots.sort_by(|x, y| y.total_cmp(x));
+    // Equal up to rounding: between them there is no sign to ask for.
+    roots.dedup_by(|next, root| *root - *next <= SAME_ROOT * *root);
     let jams = |factor: f64| {
         let a = [0, 1].map(|i| [0, 1].map(|j| fixed[i][j] - factor * moved[i][j]));
         let sign = |x: &f64| if *x > 0.0 { 1 } else { -i8::from(*x < 0.0) };
