@@ -49,7 +49,13 @@ def test_the_verdict_is_that_of_the_two_corners_that_touch(first, friction):
     places = {1: i + 1, 2: j + 1}
     if verdict.by == "no-solution":
         expected = [places[number] for number in alone.evidence["contacts"]]
-        assert verdict.evidence == {**alone.evidence, "contacts": expected}
+        jams = [
+            {**jam, "contacts": [places[number] for number in jam["contacts"]]}
+            for jam in alone.jams
+        ]
+        assert verdict.jams == jams
+        evidence = {**alone.evidence, "contacts": expected, "jams": jams}
+        assert verdict.evidence == evidence
     assert f"{i + 1} and {j + 1} touch" in str(verdict)
     assert "touch" not in str(alone)
 

@@ -212,7 +212,7 @@ impl PyVerdict {
     /// >>> angle, foot = math.radians(60), sf.Contact(point=(0, 0), friction=2)          # a uniform rod of 2 m: Painlevé's
     /// >>> rod = sf.Posture(mass=1, gyration_radius=3**-0.5, center_of_mass=(math.cos(angle), math.sin(angle)), contacts=[foot], restitution=0)
     /// >>> sf.stability(rod).jams
-    /// [{'contacts': [1], 'slides': 'L', 'friction': [1.3471506281091268]}]
+    /// [{'contacts': [1], 'slides': 'L', 'friction': [1.3471506281091266]}]
     #[getter]
     fn jams<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let width = self.verdict.width;
