@@ -13,8 +13,8 @@
 //! *The family* of forces that satisfy the equations of the base is f₀ + D y with orthonormal columns D; the torques follow, τ = τ₀ + E y.
 //! A contact without friction has no f_t in it.
 //!
-//! *The choice.* Of one internal force with a bounded interval the middle may be chosen. The least torques are those with the least |τ|² within the cones, which are unique; the forces are then those with the least
-//! |f|². If all torques are moments, no unit of length has an effect on this choice. A shift of y to the nearest point of τ₀ + E y to zero, and a rotation that
+//! *The choice.* If there is one internal force, with a bounded interval, its middle may be chosen. The least torques are those with the least
+//! |τ|² within the cones, which are unique; the forces are then those with the least |f|². If all torques are moments, no unit of length has an effect on this choice. A shift of y to the nearest point of τ₀ + E y to zero, and a rotation that
 //! separates the directions u of y which change the torques from the others v, leave the problem min |u|² subject to G (u, v) ≥ g. It is solved by
 //! proximal steps, min |u|² + ε²|v − v_before|²: u converges by a factor ε² a step. Where many sides of cones meet in one point, as at a contact
 //! without force, rounding may hide the least torques; those that are given then hold the mechanism, and are not the least.
@@ -102,7 +102,7 @@ impl Mechanism {
     /// ```
     /// use standfast::body::{ContactRows, HoldingChoice, Mechanism, MechanismFields};
     ///
-    /// // Two masses of 1 kg and 2 kg on springless rails under each other, the upper one held by a motor on the lower one.
+    /// // A body of 2 kg on its foot, without rotation, and a lift of 1 kg on it that a motor holds: the weight is 30 N, that of the lift 10 N.
     /// let foot = ContactRows { normal: vec![0.0, 1.0, 0.0], tangential: vec![1.0, 0.0, 0.0], ..ContactRows::default() };
     /// let lift = Mechanism::new(MechanismFields {
     ///     mass_matrix: vec![vec![3.0, 0.0, 0.0], vec![0.0, 3.0, 1.0], vec![0.0, 1.0, 1.0]],
@@ -229,7 +229,7 @@ struct Question<'a> {
 struct Family {
     /// (contact, 0 tangential or 1 normal) of each component of f.
     components: Vec<(usize, usize)>,
-    /// f₀, of any solution.
+    /// f₀, the least Σ f² that satisfies the equations of the base.
     forces: Vec<f64>,
     /// The columns of D.
     directions: Vec<Vec<f64>>,
