@@ -142,21 +142,16 @@ pub(crate) const RIGID_ROWS: f64 = 1e-12;
 /// forces without cones from their cone. The value is above the rounding error of its few operations. Range: 1e-14 to 1e-9.
 pub(crate) const CONE_SLACK: f64 = 1e-12;
 
-/// Weight of a row of a friction cone at the least torques, up to which the row may be no equation there. Unit: largest weight of a row. Weights
-/// have rounding errors of about ε times the condition number of the rows. Range: 1e-12 to 1e-6.
-pub(crate) const ROW_WEIGHT: f64 = 1e-9;
-
 /// Difference of two factors on the friction at which a sign of two sliding contacts changes, up to which they count as one. Unit: the factor.
 /// Roots that are equal in exact arithmetic differ by some ε. Range: 1e-15 to 1e-10.
 pub(crate) const SAME_ROOT: f64 = 1e-12;
 
-/// Shifts of the sides of friction cones, tried in turn, that separate sides which meet in one point. Unit: force. The least torques then have an
-/// error of this order. The values are above the rounding errors of forces. Range: 1e-12 to 1e-6.
-pub(crate) const ROW_SHIFTS: [f64; 3] = [1e-10, 1e-8, 1e-6];
+/// Part of a sum of squares that its terms may have left by rounding. Unit: size of the terms. Range: 1e-15 to 1e-12.
+pub(crate) const SQUARE_ROUNDING: f64 = 1e-14;
 
-/// Distance of contact forces outside a friction cone beyond which they do not count as least forces. Unit: force. The value is above the
-/// rounding error of forces that are large beside the load. Range: 1e-10 to 1e-7.
-pub(crate) const CONE_MISS: f64 = 1e-9;
+/// Derivative of a sum of squares that counts as zero. Unit: size of its terms. The value is above the rounding error of a few operations. A larger
+/// value would leave torques too large where the units of the joints differ by 1e5. Range: 1e-15 to 1e-10.
+pub(crate) const REDUCED_GRADIENT: f64 = 1e-14;
 
 /// Component of the unit vector of internal forces and torques that counts as zero where its sign is chosen. The value is above the rounding
 /// error of a component. Range: 1e-14 to 1e-6.

@@ -10,14 +10,12 @@
 //! are those of the *base*. With forces f = Σ a_u u on the edges u = (±μ, 1) of the cones, a ≥ 0, the extremes of each torque and
 //! force are linear programmes.
 //!
-//! *The family* of forces that satisfy the equations of the base is f₀ + D y with orthonormal columns D; the torques follow, τ = τ₀ + E y.
+//! *The family* of (τ, f) that satisfy the equations, whatever the cones, has the dimension of the f that the base does not feel.
 //! A contact without friction has no f_t in it.
 //!
 //! *The choice.* If there is one internal force, with a bounded interval, its middle may be chosen. The least torques are those with the least
-//! |τ|² within the cones, which are unique; the forces are then those with the least |f|². If all torques are moments, no unit of length has an effect on this choice. A shift of y to the nearest point of τ₀ + E y to zero, and a rotation that
-//! separates the directions u of y which change the torques from the others v, leave the problem min |u|² subject to G (u, v) ≥ g. It is solved by
-//! proximal steps, min |u|² + ε²|v − v_before|²: u converges by a factor ε² a step. Where many sides of cones meet in one point, as at a contact
-//! without force, rounding may hide the least torques; those that are given then hold the mechanism, and are not the least.
+//! |τ|² within the cones, which are unique; the forces are then those with the least |f|² of all that need these torques. Both are least
+//! squares in the a ≥ 0. If all torques are moments, no unit of length has an effect on this choice.
 
 use serde::{Deserialize, Serialize};
 
@@ -25,20 +23,12 @@ use crate::body::chain::{Chain, JointKind};
 use crate::body::fields::ContactRows;
 use crate::body::mechanism::Mechanism;
 use crate::error::Error;
-use crate::math::least_distance::{nearest, nearest_on};
-use crate::math::orthonormal::{add_scaled, complement, dot, factors};
+use crate::math::active_set::{Row, Sign, least_square};
+use crate::math::orthonormal::{add_scaled, complement, dot};
 use crate::math::simplex::maximise;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::serial::shown_as_written;
-use crate::tolerance::{
-    CONE_MISS, CONE_SLACK, DEPENDENT_ROW, INTERNAL_COMPONENT, ROW_SHIFTS, UNBOUNDED_DIRECTION,
-};
-
-/// ε of the proximal steps. Any small number gives the same torques.
-const PROXIMAL: f64 = 1.0 / 1024.0;
-
-/// Largest number of proximal steps. Three are enough unless the joints are badly placed: the error of the torques is then about ε⁶ = 1e-18.
-const PROXIMAL_STEPS: usize = 30;
+use crate::tolerance::{INTERNAL_COMPONENT, UNBOUNDED_DIRECTION};
 
 /// Which of the torques that hold a mechanism are chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -87,7 +77,8 @@ pub struct HoldingTorques {
     pub internal_forces: Vec<[f64; 2]>,
 }
 
-/// An edge of a friction cone: the contact (its position in the choice), the unit force (tangential, normal), and its generalised force.
+/// An edge of a friction cone, or an axis of the force: the contact (its position in the choice), the unit force (tangential, normal), and its
+/// generalised force.
 struct Edge {
     contact: usize,
     force: [f64; 2],
@@ -225,24 +216,6 @@ struct Question<'a> {
     force: f64,
 }
 
-/// The solutions f₀ + D y and τ₀ + E y.
-struct Family {
-    /// (contact, 0 tangential or 1 normal) of each component of f.
-    components: Vec<(usize, usize)>,
-    /// f₀, the least Σ f² that satisfies the equations of the base.
-    forces: Vec<f64>,
-    /// The columns of D.
-    directions: Vec<Vec<f64>>,
-    /// The columns of E.
-    torques: Vec<Vec<f64>>,
-}
-
-/// Rows G and bounds g of the friction cones in the coordinates y of a family: G y ≥ g.
-struct Cones {
-    rows: Vec<Vec<f64>>,
-    bounds: Vec<f64>,
-}
-
 impl<'a> Question<'a> {
     fn new(
         joints: Vec<(usize, usize)>,
@@ -263,19 +236,9 @@ impl<'a> Question<'a> {
 
     fn answer(&self, contacts: Vec<usize>, choice: HoldingChoice) -> Option<HoldingTorques> {
         let edges = self.edges();
-        // Equations of the base: Σ a_u column_u = h, and the same without load.
-        let balance: Vec<(Vec<f64>, f64)> = self
-            .base
-            .iter()
-            .map(|&c| {
-                let unit = self.units[c];
-                let row = edges.iter().map(|edge| edge.column[c] / unit).collect();
-                (row, self.bias[c] / (unit * self.force))
-            })
-            .collect();
+        let balance = self.equations(&self.base, &edges);
         let weights = maximise(&balance, &vec![0.0; edges.len()])?;
-        let mut unloaded: Vec<(Vec<f64>, f64)> =
-            balance.iter().map(|(row, _)| (row.clone(), 0.0)).collect();
+        let mut unloaded: Vec<Row> = balance.iter().map(|(row, _)| (row.clone(), 0.0)).collect();
         unloaded.push((vec![1.0; edges.len()], 1.0));
         // The largest sum of a_u times these values, in units of force.
         let most = |values: &[f64]| {
@@ -308,70 +271,80 @@ impl<'a> Question<'a> {
         let side =
             |k: usize| forces.iter().map(|[t, n]| [t[k], n[k]]).collect::<Vec<_>>().unsigned_zero();
 
-        let mut start = vec![[0.0; 2]; self.rows.len()];
-        for (edge, weight) in edges.iter().zip(&weights) {
-            for axis in [0, 1] {
-                start[edge.contact][axis] += edge.force[axis] * weight * self.force;
-            }
-        }
-        let family = self.family(&start);
-        let cones = self.cones(&family);
-        let freedom = family.directions.len();
-        let free = self.least(&family, &Cones { rows: Vec::new(), bounds: Vec::new() });
-        let free_forces = family.at(&free);
-        // Of one internal force: the line from the least solution without cones.
-        let line = (freedom == 1).then(|| {
-            let torque: Vec<f64> = family.torques[0].clone();
-            let size = dot(&torque, &torque).sqrt();
-            let unit = if size > INTERNAL_COMPONENT * self.longest() { size } else { 1.0 };
-            let all = torque.iter().chain(&family.directions[0]);
-            let first = all.map(|x| x / unit).find(|x| x.abs() > INTERNAL_COMPONENT);
-            let along = if first.is_some_and(|x| x < 0.0) { -unit } else { unit };
-            let [low, high] = cones.interval();
-            let s = [low, high].map(|y| (y - free[0]) * along);
-            (along, if along < 0.0 { [s[1], s[0]] } else { s })
-        });
-        let y = match line {
-            Some(_) => {
-                let [low, high] = cones.interval();
-                let bounded = (high - low).is_finite();
-                vec![if choice == HoldingChoice::Middle && bounded {
-                    0.5 * (low + high)
-                } else {
-                    free[0].clamp(low, high)
-                }]
-            }
-            None => {
-                let least = self.least(&family, &cones);
-                // Rounding may hide the least torques where many sides of cones meet. The forces found first hold the mechanism.
-                if cones.contain(&least, self.force) { least } else { family.coordinates(&start) }
-            }
+        let axes = self.axes();
+        let found = self.sum(&edges, &weights);
+        let start: Vec<f64> = axes.iter().map(|axis| axis.part(&found) / self.force).collect();
+        let free_forces = self.least(&axes, &start, Sign::Any);
+        let base: Vec<Vec<f64>> =
+            self.equations(&self.base, &axes).into_iter().map(|(row, _)| row).collect();
+        let internal = complement(&base, axes.len());
+        // Of one internal force: its unit vector, and the interval within the cones.
+        let line = match &internal[..] {
+            [direction] => Some(self.line(&self.sum(&axes, direction), &free_forces)),
+            _ => None,
         };
-        let held = family.at(&y);
-        let (internal_torques, internal_forces) = match line {
-            Some((along, _)) => {
-                let unit =
-                    |column: &Vec<f64>| column.iter().map(|x| x / along).collect::<Vec<f64>>();
-                let forces = unit(&family.directions[0]);
-                (unit(&family.torques[0]).unsigned_zero(), self.paired(&family, &forces))
+        let middle = match &line {
+            Some(([low, high], line)) if choice == HoldingChoice::Middle => {
+                let middle = 0.5 * (low + high);
+                let at =
+                    |k: usize| [0, 1].map(|axis| free_forces[k][axis] + middle * line[k][axis]);
+                middle.is_finite().then(|| (0..line.len()).map(at).collect())
             }
-            None => Default::default(),
+            _ => None,
+        };
+        let held = middle.unwrap_or_else(|| self.least(&edges, &weights, Sign::NotNegative));
+        let (internal_force, internal_forces) = line.unzip();
+        let internal_forces = internal_forces.unwrap_or_default();
+        let internal_torques: Vec<f64> = match internal_force {
+            Some(_) => self.moments(&internal_forces).iter().map(|moment| -moment).collect(),
+            None => Vec::new(),
         };
         Some(HoldingTorques {
             joints: self.joints.iter().map(|(name, _)| *name).collect(),
             contacts,
-            torques: self.torques(&family, &held),
-            forces: self.paired(&family, &held),
+            torques: self.torques(&held),
+            forces: held.unsigned_zero(),
             torque_interval: torque_interval.collect::<Vec<_>>().unsigned_zero(),
             force_low: side(0),
             force_high: side(1),
-            freedom,
-            internal_force: line.map(|(_, interval)| interval).unsigned_zero(),
-            free_torques: self.torques(&family, &free_forces),
-            free_forces: self.paired(&family, &free_forces),
-            internal_torques,
-            internal_forces,
+            freedom: internal.len(),
+            internal_force: internal_force.unsigned_zero(),
+            free_torques: self.torques(&free_forces),
+            free_forces: free_forces.unsigned_zero(),
+            internal_torques: internal_torques.unsigned_zero(),
+            internal_forces: internal_forces.unsigned_zero(),
         })
+    }
+
+    /// The one internal force with these forces, as [`HoldingTorques::internal_forces`] has it, and its interval from the least forces without
+    /// cones.
+    fn line(&self, direction: &[[f64; 2]], free: &[[f64; 2]]) -> ([f64; 2], Vec<[f64; 2]>) {
+        let moments = self.moments(direction);
+        let size = dot(&moments, &moments).sqrt();
+        let unit = if size > INTERNAL_COMPONENT * self.longest() { size } else { 1.0 };
+        let all = moments.iter().map(|moment| -moment).chain(direction.iter().flatten().copied());
+        let first = all.map(|x| x / unit).find(|x| x.abs() > INTERNAL_COMPONENT);
+        let along = if first.is_some_and(|x| x < 0.0) { -unit } else { unit };
+        let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+        for ((row, force), change) in self.rows.iter().zip(free).zip(direction) {
+            for side in sides(row) {
+                let inward = [*side, if row.friction == 0.0 { 1.0 } else { row.friction }];
+                let length = libm::hypot(inward[0], inward[1]);
+                let [bound, slope] = [force, change].map(|f| dot(&inward, f) / length);
+                if slope > UNBOUNDED_DIRECTION {
+                    low = low.max(-bound / slope);
+                } else if slope < -UNBOUNDED_DIRECTION {
+                    high = high.min(-bound / slope);
+                }
+            }
+        }
+        // Some forces hold the mechanism: rounding has exchanged the ends of an interval that is a point.
+        if low > high {
+            [low, high] = [0.5 * (low + high); 2];
+        }
+        let interval = [low * along, high * along];
+        let interval = if along < 0.0 { [interval[1], interval[0]] } else { interval };
+        (interval, direction.iter().map(|force| force.map(|part| part / along)).collect())
     }
 
     /// The largest unit of a joint: a unit of torque per unit of force.
@@ -379,263 +352,110 @@ impl<'a> Question<'a> {
         self.joints.iter().map(|(_, c)| self.units[*c]).fold(0.0, f64::max)
     }
 
+    fn edge(&self, contact: usize, force: [f64; 2]) -> Edge {
+        let mut column = vec![0.0; self.bias.len()];
+        add_scaled(&mut column, &self.rows[contact].tangential, force[0]);
+        add_scaled(&mut column, &self.rows[contact].normal, force[1]);
+        Edge { contact, force, column }
+    }
+
+    /// The edges of all cones.
     fn edges(&self) -> Vec<Edge> {
         let mut edges = Vec::new();
         for (contact, row) in self.rows.iter().enumerate() {
-            let sides: &[f64] = if row.friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
-            for side in sides {
+            for side in sides(row) {
                 let length = libm::hypot(row.friction, 1.0);
-                let force = [side * row.friction / length, 1.0 / length];
-                let mut column = vec![0.0; self.bias.len()];
-                add_scaled(&mut column, &row.tangential, force[0]);
-                add_scaled(&mut column, &row.normal, force[1]);
-                edges.push(Edge { contact, force, column });
+                edges.push(self.edge(contact, [side * row.friction / length, 1.0 / length]));
             }
         }
         edges
     }
 
-    /// The family of solutions through these forces.
-    fn family(&self, start: &[[f64; 2]]) -> Family {
-        let components: Vec<(usize, usize)> = (0..self.rows.len())
-            .flat_map(|contact| [(contact, 0), (contact, 1)])
-            .filter(|&(contact, axis)| axis == 1 || self.rows[contact].friction > 0.0)
-            .collect();
-        let base: Vec<Vec<f64>> = self
-            .base
-            .iter()
-            .map(|&c| components.iter().map(|of| self.entry(*of, c) / self.units[c]).collect())
-            .collect();
-        // Changes of the forces that the base does not feel, each with the torques that balance it.
-        let directions = complement(&base, components.len());
-        let torque = |f: &Vec<f64>| {
-            self.joints.iter().map(|(_, c)| -self.moment(&components, f, *c)).collect()
-        };
-        let torques = directions.iter().map(torque).collect();
-        let mut forces: Vec<f64> =
-            components.iter().map(|&(contact, axis)| start[contact][axis]).collect();
-        // f₀ is the least of all forces. Twice: the second time takes the rounding errors of the first away.
-        for axis in directions.iter().chain(&directions) {
-            let part = dot(axis, &forces);
-            add_scaled(&mut forces, axis, -part);
+    /// The axes of all forces: tangential, if there is friction, and normal.
+    fn axes(&self) -> Vec<Edge> {
+        let mut axes = Vec::new();
+        for (contact, row) in self.rows.iter().enumerate() {
+            if row.friction > 0.0 {
+                axes.push(self.edge(contact, [1.0, 0.0]));
+            }
+            axes.push(self.edge(contact, [0.0, 1.0]));
         }
-        Family { components, forces, directions, torques }
+        axes
     }
 
-    /// The y of the least |τ|² within the cones, and of these the one of the least |f|².
-    fn least(&self, family: &Family, cones: &Cones) -> Vec<f64> {
-        let count = family.directions.len();
-        // y = U u + V v with orthonormal columns: the torques are those of u.
-        let length = self.longest();
-        let torque_rows: Vec<Vec<f64>> = (0..self.joints.len())
-            .map(|k| family.torques.iter().map(|column| column[k] / length).collect::<Vec<f64>>())
-            .map(|row| if dot(&row, &row).sqrt() > DEPENDENT_ROW { row } else { vec![0.0; count] })
-            .collect();
-        let v = complement(&torque_rows, count);
-        let u = complement(&v, count);
-        // τ/length = t₀ + Q R u: the least |τ| is that of the least R u + Qᵀt₀ = w.
-        let changed: Vec<Vec<f64>> =
-            u.iter().map(|axis| torque_rows.iter().map(|row| dot(row, axis)).collect()).collect();
-        let (q, r) = factors(&changed);
-        let first = self.torques(family, &family.forces);
-        let first: Vec<f64> = first.iter().map(|x| x / length).collect();
-        let shift: Vec<f64> = q.iter().map(|axis| dot(axis, &first)).collect();
-        // Column k of the inverse of R, in y.
-        let solve = |w: &[f64]| {
-            let mut parts = w.to_vec();
-            for k in (0..parts.len()).rev() {
-                parts[k] /= r[k][k];
-                let part = parts[k];
-                for (i, above) in r[k][..k].iter().enumerate() {
-                    parts[i] -= part * above;
-                }
-            }
-            let mut y = vec![0.0; count];
-            u.iter().zip(&parts).for_each(|(axis, part)| add_scaled(&mut y, axis, *part));
-            y
+    /// The equations of these coordinates without torques, Σ a_u column_u = h, in units of force.
+    fn equations(&self, coordinates: &[usize], edges: &[Edge]) -> Vec<Row> {
+        let equation = |&c: &usize| {
+            let unit = self.units[c];
+            let row = edges.iter().map(|edge| edge.column[c] / unit).collect();
+            (row, self.bias[c] / (unit * self.force))
         };
-        let columns: Vec<Vec<f64>> = (0..u.len())
-            .map(|k| {
-                let mut unit = vec![0.0; u.len()];
-                unit[k] = self.force;
-                solve(&unit)
+        coordinates.iter().map(equation).collect()
+    }
+
+    /// The forces of the least |τ|², and of these the ones of the least |f|². `start`: multiples of the edges, in units of force, that hold the
+    /// mechanism.
+    fn least(&self, edges: &[Edge], start: &[f64], sign: Sign) -> Vec<[f64; 2]> {
+        let mut rows = self.equations(&self.base, edges);
+        let joints: Vec<usize> = self.joints.iter().map(|(_, c)| *c).collect();
+        let mut torques = self.equations(&joints, edges);
+        let longest = self.longest();
+        let weighted = torques.iter().zip(&joints).map(|((row, bias), c)| {
+            let weight = self.units[*c] / longest;
+            (row.iter().map(|value| value * weight).collect(), bias * weight)
+        });
+        let least = least_square(&rows, &weighted.collect::<Vec<_>>(), start, sign);
+        torques.iter_mut().for_each(|(row, bias)| *bias = dot(row, &least));
+        rows.extend(torques);
+        let forces: Vec<Row> = (0..self.rows.len())
+            .flat_map(|contact| [(contact, 0), (contact, 1)])
+            .map(|(contact, axis)| {
+                let part =
+                    |edge: &Edge| if edge.contact == contact { edge.force[axis] } else { 0.0 };
+                (edges.iter().map(part).collect(), 0.0)
             })
             .collect();
-        let opposite: Vec<f64> = shift.iter().map(|x| -x).collect();
-        let origin = solve(&opposite);
-        let place = |w: &[f64], z: &[f64]| {
-            let mut y = origin.clone();
-            columns.iter().zip(w).for_each(|(column, part)| add_scaled(&mut y, column, *part));
-            v.iter().zip(z).for_each(|(axis, part)| add_scaled(&mut y, axis, *part));
-            y
-        };
-        let mut z = vec![0.0; v.len()];
-        let mut w = vec![0.0; u.len()];
-        if cones.rows.is_empty() {
-            return place(&w, &z);
-        }
-        let spare = |y: &[f64]| -> Vec<f64> {
-            cones.rows.iter().zip(&cones.bounds).map(|(row, bound)| bound - dot(row, y)).collect()
-        };
-        let parts = |axes: &[Vec<f64>], scale: f64| -> Vec<Vec<f64>> {
-            cones
-                .rows
-                .iter()
-                .map(|row| axes.iter().map(|axis| dot(row, axis) * scale).collect())
-                .collect()
-        };
-        let (felt, unfelt) = (parts(&columns, 1.0), parts(&v, self.force / PROXIMAL));
-        let both: Vec<Vec<f64>> =
-            felt.iter().zip(&unfelt).map(|(a, b)| [&a[..], &b[..]].concat()).collect();
-        let none = vec![0.0; u.len()];
-        // The rows that are equations at the least torques, whatever z is.
-        let (mut on, mut before) = (Vec::new(), f64::INFINITY);
-        for _ in 0..if u.is_empty() { 0 } else { PROXIMAL_STEPS } {
-            let bounds = spare(&place(&none, &z));
-            // Where more rows meet in a point than it has coordinates, small different shifts of the rows may separate them.
-            let shifted = |part: f64| {
-                let shift = |(k, bound): (usize, &f64)| {
-                    bound - part * self.force * (1.0 + libm::sqrt(k as f64))
-                };
-                bounds.iter().enumerate().map(shift).collect::<Vec<f64>>()
-            };
-            let found = nearest_on(&both, &bounds)
-                .or_else(|| ROW_SHIFTS.iter().find_map(|s| nearest_on(&both, &shifted(*s))));
-            let Some((step, equations)) = found else { break };
-            let (own, moved) = step.split_at(u.len());
-            // The steps become smaller until rounding errors are all of them.
-            let size = dot(moved, moved).sqrt();
-            if size >= before {
-                break;
-            }
-            before = size;
-            on = equations;
-            w = own.to_vec();
-            for (part, step) in z.iter_mut().zip(moved) {
-                *part += step * self.force / PROXIMAL;
-            }
-        }
-        // z + (directions in which these rows do not change), as near to zero as the other rows allow.
-        let unfelt = parts(&v, 1.0);
-        let equations: Vec<Vec<f64>> = on.iter().map(|&k| unfelt[k].clone()).collect();
-        let along = complement(&equations, v.len());
-        let mut least = z.clone();
-        for axis in along.iter().chain(&along) {
-            let part = dot(axis, &least);
-            add_scaled(&mut least, axis, -part);
-        }
-        let others = |k: &usize| !on.contains(k);
-        let rows: Vec<Vec<f64>> = (0..unfelt.len())
-            .filter(others)
-            .map(|k| along.iter().map(|axis| dot(&unfelt[k], axis)).collect())
-            .collect();
-        let bounds = spare(&place(&w, &least));
-        let bounds: Vec<f64> = (0..unfelt.len()).filter(others).map(|k| bounds[k]).collect();
-        if let Some(moved) = nearest(&rows, &bounds) {
-            along.iter().zip(&moved).for_each(|(axis, part)| add_scaled(&mut least, axis, *part));
-            z = least;
-        }
-        // Forces that rounding errors have left outside of a cone go to its border.
-        let mut y = place(&w, &z);
-        let outside = spare(&y);
-        if outside.iter().any(|miss| *miss > CONE_SLACK * self.force)
-            && let Some(step) = nearest(&cones.rows, &outside)
-        {
-            add_scaled(&mut y, &step, 1.0);
-        }
-        y
+        let least = least_square(&rows, &forces, &least, sign);
+        let scaled: Vec<f64> = least.iter().map(|part| part * self.force).collect();
+        self.sum(edges, &scaled)
     }
 
-    /// The generalised force in a coordinate of a unit force.
-    fn entry(&self, (contact, axis): (usize, usize), coordinate: usize) -> f64 {
-        let row = self.rows[contact];
-        if axis == 0 { row.tangential[coordinate] } else { row.normal[coordinate] }
+    /// The forces of these multiples of edges.
+    fn sum(&self, edges: &[Edge], parts: &[f64]) -> Vec<[f64; 2]> {
+        let mut forces = vec![[0.0; 2]; self.rows.len()];
+        for (edge, part) in edges.iter().zip(parts) {
+            for axis in [0, 1] {
+                forces[edge.contact][axis] += edge.force[axis] * part;
+            }
+        }
+        forces
     }
 
-    /// The generalised force of these components of f in a coordinate.
-    fn moment(&self, components: &[(usize, usize)], f: &[f64], coordinate: usize) -> f64 {
-        components.iter().zip(f).map(|(of, value)| self.entry(*of, coordinate) * value).sum()
+    /// The generalised forces of these forces in the coordinates of the joints.
+    fn moments(&self, forces: &[[f64; 2]]) -> Vec<f64> {
+        let moment = |c: usize| {
+            let parts = self.rows.iter().zip(forces);
+            parts.map(|(row, [t, n])| row.tangential[c] * t + row.normal[c] * n).sum()
+        };
+        self.joints.iter().map(|&(_, c)| moment(c)).collect()
     }
 
     /// The torques that these forces need.
-    fn torques(&self, family: &Family, f: &[f64]) -> Vec<f64> {
-        let torque =
-            |&(_, c): &(usize, usize)| self.bias[c] - self.moment(&family.components, f, c);
-        self.joints.iter().map(torque).collect::<Vec<_>>().unsigned_zero()
-    }
-
-    /// Components of f as (tangential, normal) by contact.
-    fn paired(&self, family: &Family, f: &[f64]) -> Vec<[f64; 2]> {
-        let mut forces = vec![[0.0; 2]; self.rows.len()];
-        for (&(contact, axis), value) in family.components.iter().zip(f) {
-            forces[contact][axis] = *value;
-        }
-        forces.unsigned_zero()
-    }
-
-    fn cones(&self, family: &Family) -> Cones {
-        let mut cones = Cones { rows: Vec::new(), bounds: Vec::new() };
-        for (contact, row) in self.rows.iter().enumerate() {
-            let sides: &[f64] = if row.friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
-            for side in sides {
-                let inward = [*side, if row.friction == 0.0 { 1.0 } else { row.friction }];
-                let length = libm::hypot(inward[0], inward[1]);
-                let inside = |f: &[f64]| {
-                    let part = |(&(at, axis), value): (&(usize, usize), &f64)| {
-                        if at == contact { inward[axis] * value } else { 0.0 }
-                    };
-                    family.components.iter().zip(f).map(part).sum::<f64>() / length
-                };
-                cones.rows.push(family.directions.iter().map(|d| inside(d)).collect());
-                cones.bounds.push(-inside(&family.forces));
-            }
-        }
-        cones
+    fn torques(&self, forces: &[[f64; 2]]) -> Vec<f64> {
+        let moments = self.moments(forces);
+        let torque = |(&(_, c), moment): (&(usize, usize), &f64)| self.bias[c] - moment;
+        self.joints.iter().zip(&moments).map(torque).collect::<Vec<_>>().unsigned_zero()
     }
 }
 
-impl Family {
-    /// y of forces of the family.
-    fn coordinates(&self, forces: &[[f64; 2]]) -> Vec<f64> {
-        let moved: Vec<f64> = self
-            .components
-            .iter()
-            .zip(&self.forces)
-            .map(|(&(contact, axis), own)| forces[contact][axis] - own)
-            .collect();
-        self.directions.iter().map(|axis| dot(axis, &moved)).collect()
-    }
-
-    /// The forces f₀ + D y.
-    fn at(&self, y: &[f64]) -> Vec<f64> {
-        let mut f = self.forces.clone();
-        for (axis, part) in self.directions.iter().zip(y) {
-            add_scaled(&mut f, axis, *part);
-        }
-        f
+impl Edge {
+    /// The part of an axis in forces.
+    fn part(&self, forces: &[[f64; 2]]) -> f64 {
+        dot(&self.force, &forces[self.contact])
     }
 }
 
-impl Cones {
-    /// Returns true if forces are outside of no cone by more than rounding errors. `force`: the unit of force.
-    fn contain(&self, y: &[f64], force: f64) -> bool {
-        let size = force + dot(y, y).sqrt();
-        let sides = self.rows.iter().zip(&self.bounds);
-        y.iter().all(|part| part.is_finite())
-            && sides.into_iter().all(|(row, bound)| bound - dot(row, y) <= CONE_MISS * size)
-    }
-
-    /// The interval of the one coordinate y. There is one, because some forces hold the chain; where it is a point, rounding may exchange its
-    /// ends, and their mean is taken.
-    fn interval(&self) -> [f64; 2] {
-        let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
-        for (row, bound) in self.rows.iter().zip(&self.bounds) {
-            if row[0] > UNBOUNDED_DIRECTION {
-                low = low.max(bound / row[0]);
-            } else if row[0] < -UNBOUNDED_DIRECTION {
-                high = high.min(bound / row[0]);
-            }
-        }
-        if low <= high { [low, high] } else { [0.5 * (low + high); 2] }
-    }
+/// The signs of f_t on the edges of a cone.
+fn sides(row: &ContactRows) -> &'static [f64] {
+    if row.friction == 0.0 { &[0.0] } else { &[1.0, -1.0] }
 }

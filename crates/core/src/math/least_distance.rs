@@ -8,8 +8,8 @@
 //! The problem on the right is solved by an active set: a row enters where it is violated most, and leaves where its weight would be
 //! negative. At the end z is computed again as the nearest point on which all rows with a weight are equations.
 
-use crate::math::orthonormal::{add_scaled, dot, factors};
-use crate::tolerance::{CONE_SLACK, DEPENDENT_ROW, ROW_WEIGHT};
+use crate::math::orthonormal::{add_scaled, dot, factors, solve_lower, solve_upper};
+use crate::tolerance::{CONE_SLACK, DEPENDENT_ROW};
 
 /// Largest number of steps for each row. The method ends in exact arithmetic; with rounding it might not.
 const STEPS: usize = 10;
@@ -18,24 +18,18 @@ const STEPS: usize = 10;
 ///
 /// `None` if no z satisfies all rows, or if rounding prevents convergence.
 pub(crate) fn nearest(rows: &[Vec<f64>], bounds: &[f64]) -> Option<Vec<f64>> {
-    nearest_on(rows, bounds).map(|(z, _)| z)
-}
-
-/// The nearest point, and the rows whose weight is not small beside the largest weight of a row: they are equations there.
-pub(crate) fn nearest_on(rows: &[Vec<f64>], bounds: &[f64]) -> Option<(Vec<f64>, Vec<usize>)> {
     let dimension = rows.first().map_or(0, Vec::len);
-    let lengths = rows.iter().map(|row| dot(row, row).sqrt());
-    let (numbers, lengths): (Vec<usize>, Vec<f64>) =
-        lengths.enumerate().filter(|(_, length)| *length > DEPENDENT_ROW).unzip();
-    let (rows, bounds): (Vec<Vec<f64>>, Vec<f64>) = numbers
+    let (rows, bounds): (Vec<Vec<f64>>, Vec<f64>) = rows
         .iter()
-        .zip(&lengths)
-        .map(|(&k, length)| (rows[k].iter().map(|x| x / length).collect(), bounds[k] / length))
+        .zip(bounds)
+        .map(|(row, bound)| (row, bound, dot(row, row).sqrt()))
+        .filter(|(_, _, length)| *length > DEPENDENT_ROW)
+        .map(|(row, bound, length)| (row.iter().map(|x| x / length).collect(), bound / length))
         .unzip();
     // The distance of the farthest plane: |z| is at least as large.
     let scale = bounds.iter().copied().fold(0.0, f64::max);
     if scale == 0.0 {
-        return Some((vec![0.0; dimension], Vec::new()));
+        return Some(vec![0.0; dimension]);
     }
     let bounds: Vec<f64> = bounds.iter().map(|bound| bound / scale).collect();
     let columns: Vec<Vec<f64>> =
@@ -49,10 +43,7 @@ pub(crate) fn nearest_on(rows: &[Vec<f64>], bounds: &[f64]) -> Option<(Vec<f64>,
             .filter(|k| !active.contains(k))
             .max_by(|&i, &j| violation(i).total_cmp(&violation(j)));
         let Some(entering) = worst.filter(|&k| violation(k) > CONE_SLACK) else {
-            let largest = u.iter().copied().fold(0.0, f64::max);
-            let on = active.iter().filter(|&&k| u[k] > ROW_WEIGHT * largest);
-            let on = on.map(|&k| numbers[k]).collect();
-            return Some((z.into_iter().map(|x| x * scale).collect(), on));
+            return Some(z.into_iter().map(|x| x * scale).collect());
         };
         if active.len() > dimension {
             return None;
@@ -86,14 +77,8 @@ pub(crate) fn nearest_on(rows: &[Vec<f64>], bounds: &[f64]) -> Option<(Vec<f64>,
 fn least_squares(active: &[usize], columns: &[Vec<f64>]) -> Vec<f64> {
     let chosen: Vec<Vec<f64>> = active.iter().map(|&k| columns[k].clone()).collect();
     let (q, r) = factors(&chosen);
-    let mut x: Vec<f64> = q.iter().map(|axis| axis[axis.len() - 1]).collect();
-    for k in (0..x.len()).rev() {
-        x[k] /= r[k][k];
-        for i in 0..k {
-            x[i] -= r[k][i] * x[k];
-        }
-    }
-    x
+    let last: Vec<f64> = q.iter().map(|axis| axis[axis.len() - 1]).collect();
+    solve_upper(&r, &last)
 }
 
 /// The nearest point with equality in all active rows; `None` if they depend on each other.
@@ -101,12 +86,8 @@ fn on_all(active: &[usize], rows: &[Vec<f64>], bounds: &[f64]) -> Option<Vec<f64
     let chosen: Vec<Vec<f64>> = active.iter().map(|&k| rows[k].clone()).collect();
     let (q, r) = factors(&chosen);
     let mut z = vec![0.0; rows[0].len()];
-    let mut along: Vec<f64> = Vec::new();
-    for (k, column) in r.iter().enumerate() {
-        let part = (bounds[active[k]] - dot(&along, column)) / column[k];
-        along.push(part);
-        add_scaled(&mut z, &q[k], part);
-    }
+    let bounds: Vec<f64> = active.iter().map(|&k| bounds[k]).collect();
+    q.iter().zip(solve_lower(&r, &bounds)).for_each(|(axis, part)| add_scaled(&mut z, axis, part));
     z.iter().all(|x| x.is_finite()).then_some(z)
 }
 

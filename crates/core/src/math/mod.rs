@@ -1,5 +1,6 @@
 //! Arithmetic without mechanics: roots, rotations, power series, intervals, and random numbers.
 
+pub(crate) mod active_set;
 pub(crate) mod ball;
 #[cfg(test)]
 pub(crate) mod cases;

@@ -48,16 +48,53 @@ pub(crate) fn factors(vectors: &[Vec<f64>]) -> (Vec<Vec<f64>>, Vec<Vec<f64>>) {
     (q, r)
 }
 
-/// An orthonormal basis of the vectors of this dimension that are orthogonal to all `rows`.
-pub(crate) fn complement(rows: &[Vec<f64>], dimension: usize) -> Vec<Vec<f64>> {
-    let mut basis: Vec<Vec<f64>> = Vec::new();
-    for row in rows {
+/// The x of Σ_i R_ik x_i = b_k for the columns R_k of an upper triangle, in the order of k.
+pub(crate) fn solve_lower(r: &[Vec<f64>], b: &[f64]) -> Vec<f64> {
+    let mut x: Vec<f64> = Vec::new();
+    for (column, b) in r.iter().zip(b) {
+        x.push((b - dot(&x, column)) / column[x.len()]);
+    }
+    x
+}
+
+/// The x of Σ_k R_ik x_k = b_i.
+pub(crate) fn solve_upper(r: &[Vec<f64>], b: &[f64]) -> Vec<f64> {
+    let mut x = b.to_vec();
+    for (k, column) in r.iter().enumerate().rev() {
+        let (above, own) = x.split_at_mut(k);
+        own[0] /= column[k];
+        add_scaled(above, column, -own[0]);
+    }
+    x
+}
+
+/// An orthonormal basis of these rows of this dimension, in their order; with the numbers of the rows that added to it.
+fn spanning(rows: &[Vec<f64>], dimension: usize) -> (Vec<Vec<f64>>, Vec<usize>) {
+    let (mut basis, mut numbers): (Vec<Vec<f64>>, Vec<usize>) = (Vec::new(), Vec::new());
+    for (k, row) in rows.iter().enumerate() {
         let (length, mut rest) = (norm(row), row.clone());
         reduce(&mut rest, &basis);
         if basis.len() < dimension && norm(&rest) > DEPENDENT_ROW * length {
             basis.push(normalised(rest));
+            numbers.push(k);
         }
     }
+    (basis, numbers)
+}
+
+/// An orthonormal basis of the sums of multiples of these rows.
+pub(crate) fn basis(rows: &[Vec<f64>], dimension: usize) -> Vec<Vec<f64>> {
+    spanning(rows, dimension).0
+}
+
+/// The numbers of the rows that do not depend on those before them.
+pub(crate) fn independent(rows: &[Vec<f64>]) -> Vec<usize> {
+    spanning(rows, rows.first().map_or(0, Vec::len)).1
+}
+
+/// An orthonormal basis of the vectors of this dimension that are orthogonal to all `rows`.
+pub(crate) fn complement(rows: &[Vec<f64>], dimension: usize) -> Vec<Vec<f64>> {
+    let mut basis = basis(rows, dimension);
     let rank = basis.len();
     // The unit vectors, each reduced by the basis so far; the longest rest gives the next direction.
     while basis.len() < dimension {
