@@ -16,7 +16,7 @@ from weakref import ref
 import numpy as np
 import numpy.typing as npt
 
-from standfast._core import ContactRows, Mechanism
+from standfast._core import ContactRows, HoldingTorques, Mechanism
 from standfast.suggest import nearest
 
 # Types of Pinocchio and MuJoCo are `Any`: neither library says its own.
@@ -63,11 +63,21 @@ def _unusable(name: str, value: object, allowed: str) -> ValueError:
     return ValueError(f"{name} = {value} cannot be used: {allowed}")
 
 
-def _floats(name: str, values: object) -> _Floats:
+def _floats(name: str, values: Any) -> _Floats:
     try:
-        return np.asarray(values, dtype=float)
+        array = np.asarray(values)
+        if array.dtype != bool:
+            return array.astype(float, copy=False)
     except (TypeError, ValueError):
-        raise _unusable(name, repr(values), "numbers") from None
+        pass
+    raise _unusable(name, repr(values), "numbers")
+
+
+def _number(name: str, value: Any) -> float:
+    array = _floats(name, value)
+    if array.ndim:
+        raise _unusable(name, repr(value), "a number")
+    return float(array)
 
 
 @dataclass
@@ -100,6 +110,8 @@ class _Library:
     """What is known of a model without a posture. The model itself is not kept: views of models live as long as these."""
 
     name: str
+    #: Order of the entries of a quaternion.
+    order: str
     nq: int
     nv: int
     base: Literal["free", "planar", "pinned"]
@@ -213,6 +225,7 @@ class _Library:
 
 class _Pinocchio(_Library):
     name = "pinocchio"
+    order = "(x, y, z, w)"
 
     def __init__(self, model: Any) -> None:
         import pinocchio
@@ -387,6 +400,7 @@ def _is_planar(columns: _Floats) -> bool:
 
 class _Mujoco(_Library):
     name = "mujoco"
+    order = "(w, x, y, z)"
 
     def __init__(self, model: Any) -> None:
         import mujoco
@@ -677,6 +691,8 @@ class _View:
 
     def locked(self, locked: str | Iterable[str]) -> tuple[list[int], _Ints]:
         """Locked coordinates of the mechanism, and the joints of the library that still move."""
+        if not isinstance(locked, Iterable):
+            raise _unusable("locked", repr(locked), "names of joints, or 'all'")
         names = (locked,) if isinstance(locked, str) else tuple(locked)
         if names not in self.locked_found:
             self.locked_found[names] = self._locked(names)
@@ -714,15 +730,15 @@ class _View:
                 raise _unusable("feet", "[]", "at least one name")
             known = [self.foot(model, name) for name in names]
             seen: list[tuple[Any, Foot]] = []
-            for foot in known:
+            for foot, typed in zip(known, names, strict=True):
                 for point in foot.points:
                     if again := [name for other, name in seen if other == point]:
                         raise _unusable(
                             "feet",
-                            repr(foot.name),
-                            f"each foot once; it is that of {again[0]!r}, too",
+                            repr(typed),
+                            f"each foot once, and left and right are one; {again[0]!r} is the same one",
                         )
-                seen += [(point, foot.name) for point in foot.points]
+                seen += [(point, typed) for point in foot.points]
             self.feet_found[names] = known
         return known
 
@@ -771,6 +787,8 @@ class Sagittal(_View):
             )
         super().__init__(library)
         self.model = model
+        pairs = None if pairs is None else tuple(pairs)
+        self._pairs_given, self._tolerance = pairs, tolerance
         self._data: Any = None
         self._bodies = library.bodies(model)
         partners, signs = _mirrored(library, self._bodies, pairs)
@@ -974,6 +992,9 @@ class Sagittal(_View):
             points, names = points[::-1], names[::-1]
         return _Touching((names[0], names[1]), names, points)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return sagittal, (self.model, self._pairs_given, self._tolerance)
+
     def __repr__(self) -> str:
         return f"<Sagittal: {', '.join(self.coordinates)}>"
 
@@ -1129,15 +1150,7 @@ def from_pinocchio(
 
     Raises ValueError naming the argument, its value and what is allowed.
     """
-    view: _View
-    if isinstance(model, Sagittal):
-        view, model = model, model.model
-        if view.library.name != "pinocchio":
-            raise _unusable("model", "a model of MuJoCo", "a model of Pinocchio; from_mujoco takes this one")  # fmt: skip
-    else:
-        if type(model).__module__.partition(".")[0] != "pinocchio":
-            raise _unusable("model", type(model).__name__, "pinocchio.Model, or sagittal(model)")  # fmt: skip
-        view = _view_of(model, _Pinocchio)
+    view, model = _robot(model, _Pinocchio, "pinocchio.Model")
     return _mechanism(view, model, data, q, "q", feet, plane, locked, torques, ground, friction, restitution, armature)  # fmt: skip
 
 
@@ -1164,17 +1177,21 @@ def from_mujoco(
 
     Raises ValueError naming the argument, its value and what is allowed.
     """
-    view: _View
-    if isinstance(model, Sagittal):
-        view, model = model, model.model
-        if view.library.name != "mujoco":
-            raise _unusable("model", "a model of Pinocchio", "a model of MuJoCo; from_pinocchio takes this one")  # fmt: skip
-    else:
-        if type(model).__module__.partition(".")[0] != "mujoco":
-            raise _unusable("model", type(model).__name__, "mujoco.MjModel, or sagittal(model)")  # fmt: skip
-        view = _view_of(model, _Mujoco)
+    view, model = _robot(model, _Mujoco, "mujoco.MjModel")
     view.library.check_data(model, data)
     return _mechanism(view, model, data, np.array(data.qpos), "data.qpos", feet, plane, locked, torques, ground, friction, restitution, armature)  # fmt: skip
+
+
+def _robot(model: Any, library: type[_Library], kind: str) -> tuple[_View, Any]:
+    """The view, and the model of this library."""
+    if isinstance(model, Sagittal):
+        if model.library.name != library.name:
+            other = f"a robot of {model.library.name}"
+            raise _unusable("model", other, f"{kind}; from_{model.library.name} takes this one")  # fmt: skip
+        return model, model.model
+    if type(model).__module__.partition(".")[0] != library.name:
+        raise _unusable("model", type(model).__name__, f"{kind}, or sagittal(model)")
+    return _view_of(model, library), model
 
 
 def _mechanism(
@@ -1219,8 +1236,10 @@ def _mechanism(
     terms = library.terms(model, data, values, points, axes)
     if library.base == "free":
         tilt = terms.base[3 + axes.along, 4], terms.base[3 + axes.height, 4]
-        if max(map(abs, tilt)) > TILT:
-            _tilted(terms.base[3:, 3:], q_name)
+        across, up = terms.base[3 + axes.across, 4], terms.base[3 + axes.height, 5]
+        # A robot that looks the other way has its axis y turned, too.
+        if max(map(abs, tilt)) > TILT or (across < 0 and up < 0):
+            _tilted(terms.base[3:, 3:], q_name, library.order)
     elif view.base_dof and np.abs(terms.base[axes.out]).max() > AXIS:
         raise _unusable("plane", repr(plane), f"the plane in which the base {library.base_name!r} moves")  # fmt: skip
     off = library.off(data, free, axes)
@@ -1302,12 +1321,12 @@ def _check_gravity(gravity: list[float], axes: _Plane, plane: str, held: bool) -
         raise _unusable("gravity of the model", gravity, "a gravity against which torques can hold the robot")  # fmt: skip
 
 
-def _tilted(R: _Floats, name: str) -> None:
+def _tilted(R: _Floats, name: str, order: str) -> None:
     roll, yaw = math.atan2(R[2, 1], R[2, 2]), math.atan2(R[1, 0], R[0, 0])
     raise _unusable(
         f"{name} of the base",
         f"roll {roll:.6g} and yaw {yaw:.6g} rad",
-        "a base whose axis y is across the plane of x and z: without roll and yaw",
+        f"a base whose axis y is across the plane of x and z: without roll and yaw; the order of its quaternion is {order}",
     )
 
 
@@ -1328,7 +1347,7 @@ def _out_of_plane(view: _View, joint: int, plane: str) -> None:
 
 def _surfaces(feet: list[_Touching], ground: Any, friction: float | None) -> list[Ground]:  # fmt: skip
     """Slope and friction below each foot."""
-    level = None if friction is None else _pair("friction", (0.0, friction))
+    level = None if friction is None else (0.0, _number("friction", friction))
     if ground is None:
         pairs = [level] * len(feet)
     elif isinstance(ground, Mapping):
@@ -1354,7 +1373,7 @@ def _surfaces(feet: list[_Touching], ground: Any, friction: float | None) -> lis
             raise _unusable("friction", None, f"a number, or ground={{{foot.name!r}: (slope, friction)}}")  # fmt: skip
         slope, mu = pair
         if not abs(slope) <= math.pi:
-            raise _unusable(f"slope at {foot.name!r}", slope, "an angle in rad, from -π to π")  # fmt: skip
+            raise _unusable(f"slope at {foot.name!r}", slope, "an angle in rad, from -π to π; in degrees?")  # fmt: skip
         if not 0 <= mu < math.inf:
             raise _unusable(f"friction at {foot.name!r}", mu, "a finite number >= 0")
         checked.append((slope, mu))
@@ -1364,16 +1383,21 @@ def _surfaces(feet: list[_Touching], ground: Any, friction: float | None) -> lis
 def _pair(name: str, surface: Any) -> Ground:
     try:
         slope, friction = surface
-        return float(slope), float(friction)
+        return _number(name, slope), _number(name, friction)
     except (TypeError, ValueError):
         raise _unusable(name, repr(surface), "a pair (slope in rad, friction)") from None  # fmt: skip
 
 
 def _per_joint(view: _View, name: str, values: Any) -> _Floats:
+    each = f"one entry for each of {len(view.joints)} joints: {', '.join(view.joints)}"
+    if isinstance(values, Mapping):
+        raise _unusable(name, repr(values), f"an array, {each}")
+    if isinstance(values, HoldingTorques):
+        raise _unusable(name, repr(values), f"its array .torques, {each}")
     array = _floats(name, values)
     if array.shape != (len(view.joints),):
         shape = f"array of shape {list(array.shape)}"
-        raise _unusable(name, shape, f"one entry for each of {len(view.joints)} joints: {', '.join(view.joints)}")  # fmt: skip
+        raise _unusable(name, shape, each)
     if not np.isfinite(array).all():
         k = int(np.flatnonzero(~np.isfinite(array))[0])
         raise _unusable(f"{name} of joint {view.joints[k]!r}", array[k], "finite numbers")  # fmt: skip
@@ -1385,8 +1409,8 @@ def _torques(view: _View, torques: Any) -> _Floats:
 
 
 def _armature(view: _View, armature: Any) -> _Floats:
-    if np.ndim(armature) == 0:
-        number = float(_floats("armature", armature))
+    if isinstance(armature, int | float | np.number):
+        number = _number("armature", armature)
         if not 0 <= number < math.inf:
             raise _unusable("armature", armature, "a finite number >= 0, in kg m²")
         array = number * view.counts

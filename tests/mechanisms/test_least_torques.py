@@ -6,9 +6,8 @@ negative. That is one linear programme, of another library.
 
 import numpy as np
 import pytest
-from scipy.optimize import linprog
-
 import standfast as sf
+from scipy.optimize import linprog
 
 
 def mechanism(normal, tangential, friction, load):
@@ -124,3 +123,27 @@ def test_units_of_joints_may_differ(unit):
     made = mechanism(normal, tangential, np.full(4, 0.5), load)
     held = made.holding_torques([1, 2], choose="least")
     assert held.torques / units[1:] == pytest.approx([0, 0], abs=1e-12)
+
+
+def test_equal_questions_have_equal_answers():
+    rng = np.random.default_rng(4)
+    normal, tangential, friction, load, joints = degenerate(rng)
+    made = mechanism(normal, tangential, friction, load)
+    assert made.holding_torques(joints) == made.holding_torques(joints)
+    assert made.holding_torques(joints) != mechanism(normal, tangential, friction, 2 * load).holding_torques(joints)  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("joints", "why"),
+    [
+        ([-1], r"joints\.1 = -1 .* from 0 to 3"),
+        ([3], r"joints = \[3\] .* locked is coordinate 3"),
+        ([2, 2], r"twice there is coordinate 2"),
+        ([4], r"joints\.1 = 4 .* from 0 to 3"),
+    ],
+)
+def test_wrong_joints_are_named(joints, why):
+    foot = sf.ContactRows([0, 1, 0, 0], [1, 0, 0, 0], friction=0.5)
+    made = sf.Mechanism(np.eye(4), [0, -10, 0, 0], [foot], locked=[3])
+    with pytest.raises(ValueError, match=why):
+        made.holding_torques(joints)

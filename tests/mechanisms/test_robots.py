@@ -1,7 +1,9 @@
 """Robots of Pinocchio and MuJoCo: beside matrices made by hand, beside differences of postures, and beside each other; wrong inputs."""
 
+import copy
 import importlib.metadata
 import math
+import pickle
 import re
 import xml.etree.ElementTree as ET
 from pathlib import Path
@@ -616,7 +618,7 @@ WRONG = {
     "no such frame": (lambda: solo(feet=["FL_FOO"]), "'FL_FOO'", "did you mean 'FL_FOOT'?"),
     "no feet": (lambda: solo(feet=[]), "feet = []", "at least one"),
     "a foot twice": (lambda: solo(feet=["FL_FOOT", "FL_FOOT"]), "'FL_FOOT'", "each foot once"),
-    "a foot and its image": (lambda: solo(feet=["FL_FOOT", "FR_FOOT"]), "'FR_FOOT'", "each foot once"),
+    "a foot and its image": (lambda: solo(feet=["FL_FOOT", "FR_FOOT"]), "'FR_FOOT'", "'FL_FOOT' is the same one"),
     "feet that are no images": (lambda: solo(feet=[("FL_FOOT", "HR_FOOT")]), "('FL_FOOT', 'HR_FOOT')", "mirror images"),
     "a pair in a plane robot": (lambda: plane_biped(feet=[("left_foot", "right_foot")]), "'left_foot', 'right_foot'", "sagittal"),
     "a foot on the ground": (foot_on_the_ground, "'trunk'", "bodies that move"),
@@ -652,7 +654,7 @@ WRONG = {
     "friction twice": (lambda: solo(ground=(0.0, 0.5)), "friction = 0.8", "None where ground"),
     "no friction": (lambda: solo(friction=None), "friction = None", "'FL_FOOT'"),
     "negative friction": (lambda: solo(ground={"HL_FOOT": (0, -0.5)}), "friction at ('HL_FOOT', 'HR_FOOT') = -0.5", ">= 0"),
-    "a slope in degrees": (lambda: solo(ground={"HL_FOOT": (15, 0.5)}), "slope at ('HL_FOOT', 'HR_FOOT') = 15", "in rad"),
+    "a slope in degrees": (lambda: solo(ground={"HL_FOOT": (15, 0.5)}), "slope at ('HL_FOOT', 'HR_FOOT') = 15", "in degrees?"),
     "no such joint to lock": (lambda: solo(locked=["FL_KFF"]), "locked = 'FL_KFF'", "did you mean 'FL_KFE'?"),
     "torques of no kind": (lambda: solo(torques="hold"), "torques = 'hold'", "'holding', 'least'"),
     "torques of all joints": (lambda: solo(torques=np.zeros(8)), "torques = array of shape [8]", "4 joints: FL_HFE"),
@@ -671,7 +673,15 @@ WRONG = {
     "an angle of no joint": (lambda: sf.robots.sagittal(in_space("solo.urdf")).q(joints={"FL_KFF": 1}), "'FL_KFF'", "did you mean 'FL_KFE'?"),
     "a robot that looks along y": (lambda: sf.robots.sagittal(in_space("quadruped.urdf")), "8 joints, none of which moves in the plane", "about y"),
     "q of words": (lambda: solo(q="home"), "q = 'home'", "numbers"),
-    "friction of a word": (lambda: solo(friction="ice"), "friction", "(slope in rad, friction)"),
+    "friction of a word": (lambda: solo(friction="ice"), "friction = 'ice'", "number"),
+    "friction of a truth value": (lambda: solo(friction=True), "friction = True", "number"),
+    "armature of a truth value": (lambda: solo(armature=True), "armature = True", "number"),
+    "armature by name": (lambda: solo(armature={"FL_HFE": 1}), "armature = {'FL_HFE': 1}", "4 joints: FL_HFE"),
+    "torques by name": (lambda: solo(torques={"FL_HFE": 1}), "torques = {'FL_HFE': 1}", "4 joints: FL_HFE"),
+    "torques that hold, whole": (lambda: solo(torques=solo().holding_torques([3, 4, 5, 6])), "torques = <HoldingTorques", ".torques"),
+    "locked of nothing": (lambda: solo(locked=None), "locked = None", "names of joints"),
+    "locked of a truth value": (lambda: solo(locked=True), "locked = True", "names of joints"),
+    "a quaternion of MuJoCo": (lambda: solo(q=posed(slice(3, 7), [1, 0, 0, 0])), "q of the base = roll 3.14159", "(x, y, z, w)"),
     "too many angles": (lambda: sf.robots.sagittal(in_space("solo.urdf")).q(joints=np.zeros(8)), "array of shape [8]", "4 angles"),
 }  # fmt: skip
 
@@ -683,6 +693,15 @@ def test_wrong_inputs_are_named(what):
         call()
     for fragment in fragments:
         assert fragment in str(error.value)
+
+
+def test_a_robot_of_a_plane_of_symmetry_is_copied_and_pickled():
+    model = in_space("solo.urdf")
+    robot = sf.robots.sagittal(model, pairs=[("FL_HFE", "FR_HFE")])
+    for again in (copy.deepcopy(robot), pickle.loads(pickle.dumps(robot))):
+        assert again.pairs == robot.pairs
+        assert (again.S == robot.S).all()
+        assert again.model is not model
 
 
 def test_what_looks_wrong_and_is_not():

@@ -489,6 +489,9 @@ fn torques_of(value: &Bound<'_, PyAny>) -> PyResult<Torques> {
             value,
             "None, 'holding', 'least' or an array is needed",
         )),
+        Err(_) if value.cast::<PyHoldingTorques>().is_ok() => {
+            Err(input::wrong_type("torques", value, "its array .torques is needed"))
+        }
         Err(_) => input::torques(value).map(Torques::Given),
     }
 }

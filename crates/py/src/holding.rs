@@ -138,6 +138,11 @@ impl PyHoldingTorques {
         format!("<HoldingTorques: torques {torques} N m, forces [{forces}] N, freedom {freedom}>")
     }
 
+    /// Whether torques, forces and bounds are the same.
+    fn __eq__(&self, other: &Bound<'_, PyAny>) -> bool {
+        other.cast::<Self>().is_ok_and(|other| other.get().held == self.held)
+    }
+
     /// Asking again gives the same answer to the last bit.
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let again = self.of.bind(py).getattr("holding_torques")?;

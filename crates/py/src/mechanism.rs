@@ -231,10 +231,13 @@ impl PyMechanism {
     #[pyo3(signature = (joints, contacts=None, choose=HoldingChoice::Middle), text_signature = "($self, joints, contacts=None, choose=\"middle\")")]
     fn holding_torques(
         slf: &Bound<'_, Self>,
-        #[pyo3(from_py_with = joints)] joints: Vec<usize>,
+        joints: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = numbers)] contacts: Option<Vec<usize>>,
         #[pyo3(from_py_with = choice)] choose: HoldingChoice,
     ) -> PyResult<Option<PyHoldingTorques>> {
+        let last = slf.get().0.dof() - 1;
+        let joints =
+            input::sequence("joints", joints, |field, item| input::whole(field, item, 0..=last))?;
         let held = slf.get().0.holding_torques(&joints, contacts.as_deref(), choose);
         let held = held.map_err(|e| to_py(&e))?;
         held.map(|held| PyHoldingTorques::new(held, choose, slf, joints)).transpose()
@@ -338,11 +341,6 @@ fn contacts(value: &Bound<'_, PyAny>) -> PyResult<Vec<ContactRows>> {
 /// Reads the locked coordinates.
 fn locked(value: &Bound<'_, PyAny>) -> PyResult<Vec<usize>> {
     input::sequence("locked", value, |field, item| input::whole(field, item, 0..=MAX_DOF - 1))
-}
-
-/// Reads the coordinates of joints.
-fn joints(value: &Bound<'_, PyAny>) -> PyResult<Vec<usize>> {
-    input::sequence("joints", value, |field, item| input::whole(field, item, 0..=MAX_DOF - 1))
 }
 
 /// Reads a posture, or a mechanism that is a rigid body.

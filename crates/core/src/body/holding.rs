@@ -117,14 +117,24 @@ impl Mechanism {
     ) -> Result<Option<HoldingTorques>, Error> {
         let locked = &self.fields().locked;
         let dof = self.dof();
-        let wrong =
-            |(k, c): (usize, &usize)| *c >= dof || locked.contains(c) || joints[..k].contains(c);
-        if joints.iter().enumerate().any(wrong) {
+        let wrong = |(k, c): (usize, &usize)| {
+            let why = if *c >= dof {
+                "there is no coordinate"
+            } else if locked.contains(c) {
+                "locked is coordinate"
+            } else if joints[..k].contains(c) {
+                "twice there is coordinate"
+            } else {
+                return None;
+            };
+            Some(format!("{why} {c}"))
+        };
+        if let Some(why) = joints.iter().enumerate().find_map(wrong) {
             return Err(Error::Unusable {
                 field: "joints".into(),
                 value: format!("{joints:?}"),
                 allowed: format!(
-                    "different coordinates that are not locked, from 0 to {}",
+                    "different coordinates that are not locked, from 0 to {}; {why}",
                     dof - 1
                 ),
             });

@@ -164,7 +164,7 @@ mod tests {
         let close = |x: Vec<f64>, expected: [f64; 3]| {
             assert!(x.iter().zip(expected).all(|(x, y)| (x - y).abs() < 1e-15), "{x:?}");
         };
-        close(least(&[one.clone()], &squares, &[1.0, 0.0, 0.0]), [0.5, 0.5, 0.0]);
+        close(least(std::slice::from_ref(&one), &squares, &[1.0, 0.0, 0.0]), [0.5, 0.5, 0.0]);
         let both = [one, other];
         close(least(&both, &squares, &[1.0, 0.0, 0.0]), [2.0 / 3.0, 1.0 / 3.0, 1.0 / 3.0]);
         // (x₁ + 1)² + (x₂ − 3)² with x₁ + x₂ − x₃ = 1: at (0, 3, 2); of any sign at (−1, 3, 1).
