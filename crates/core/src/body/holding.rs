@@ -283,7 +283,7 @@ impl<'a> Question<'a> {
 
         let axes = self.axes();
         let found = self.sum(&edges, &weights);
-        let start: Vec<f64> = axes.iter().map(|axis| axis.part(&found) / self.force).collect();
+        let start: Vec<f64> = axes.iter().map(|axis| axis.part(&found)).collect();
         let free_forces = self.least(&axes, &start, Sign::Any);
         let base: Vec<Vec<f64>> =
             self.equations(&self.base, &axes).into_iter().map(|(row, _)| row).collect();
