@@ -22,6 +22,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from standfast._core import (
+    Block,
     Chain,
     Contact,
     ContactMode,
@@ -38,6 +39,7 @@ from standfast._core import (
     Joint,
     Kick,
     Link,
+    LoadFactor,
     LocalModel,
     Mechanism,
     MechanismProblem,
@@ -46,6 +48,7 @@ from standfast._core import (
     Orbit,
     Phase,
     Posture,
+    Rigid,
     Robustness,
     Run,
     RunContact,
@@ -54,6 +57,8 @@ from standfast._core import (
     SelfSimilar,
     SmallestPush,
     SolverError,
+    System,
+    SystemContact,
     Verdict,
     ZenoPoint,
     __version__,
@@ -66,6 +71,7 @@ from standfast._core import (
     equilibrium_region,
     friction_margin,
     load,
+    load_factor,
     neimark_sacker,
     schema,
     self_similar,
@@ -96,6 +102,7 @@ def __dir__() -> list[str]:
 
 
 __all__ = [
+    "Block",
     "Chain",
     "Contact",
     "ContactMode",
@@ -112,6 +119,7 @@ __all__ = [
     "Joint",
     "Kick",
     "Link",
+    "LoadFactor",
     "LocalModel",
     "Mechanism",
     "MechanismProblem",
@@ -120,6 +128,7 @@ __all__ = [
     "Orbit",
     "Phase",
     "Posture",
+    "Rigid",
     "Robustness",
     "Run",
     "RunContact",
@@ -128,6 +137,8 @@ __all__ = [
     "SelfSimilar",
     "SmallestPush",
     "SolverError",
+    "System",
+    "SystemContact",
     "Verdict",
     "ZenoPoint",
     "__version__",
@@ -142,6 +153,7 @@ __all__ = [
     "explore",
     "friction_margin",
     "load",
+    "load_factor",
     "neimark_sacker",
     "plot_map",
     "read_record",

@@ -1,4 +1,4 @@
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from os import PathLike
 from typing import (
     Any,
@@ -20,7 +20,9 @@ from standfast.notebook import Player
 
 _Floats: TypeAlias = npt.NDArray[np.float64]
 _Objects: TypeAlias = npt.NDArray[np.object_]
-_HasModes: TypeAlias = "Posture | ContactProblem | Mechanism | MechanismProblem"
+_HasModes: TypeAlias = (
+    "Posture | ContactProblem | Mechanism | System | MechanismProblem"
+)
 _Pair: TypeAlias = Sequence[float] | _Floats
 _Triple: TypeAlias = Sequence[float] | _Floats
 _Pairs: TypeAlias = Sequence[_Pair] | _Floats
@@ -97,6 +99,7 @@ _Method: TypeAlias = Literal[
 ]
 
 __all__ = [
+    "Block",
     "Chain",
     "Contact",
     "ContactMode",
@@ -113,6 +116,7 @@ __all__ = [
     "Joint",
     "Kick",
     "Link",
+    "LoadFactor",
     "LocalModel",
     "Mechanism",
     "MechanismProblem",
@@ -121,6 +125,7 @@ __all__ = [
     "Orbit",
     "Phase",
     "Posture",
+    "Rigid",
     "Robustness",
     "Run",
     "RunContact",
@@ -130,6 +135,8 @@ __all__ = [
     "SmallestPush",
     "SolverError",
     "Sweep",
+    "System",
+    "SystemContact",
     "Verdict",
     "ZenoPoint",
     "__version__",
@@ -143,6 +150,7 @@ __all__ = [
     "friction_margin",
     "load",
     "load_any",
+    "load_factor",
     "neimark_sacker",
     "robustness",
     "schema",
@@ -343,6 +351,8 @@ class Mechanism:
         restitution: float = 0.0,
         locked: Sequence[int] = (),
         armature: npt.ArrayLike | None = None,
+        coordinate_names: Sequence[str] = (),
+        contact_names: Sequence[str] = (),
     ) -> Self: ...
     @staticmethod
     def of_posture(posture: Posture) -> Mechanism: ...
@@ -359,6 +369,10 @@ class Mechanism:
     @property
     def armature(self) -> _Floats | None: ...
     @property
+    def coordinate_names(self) -> list[str]: ...
+    @property
+    def contact_names(self) -> list[str]: ...
+    @property
     def dof(self) -> int: ...
     @property
     def contact_space(self) -> ContactSpace: ...
@@ -374,9 +388,101 @@ class Mechanism:
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
+class Rigid:
+    def __new__(
+        cls,
+        mass: float,
+        gyration_radius: float,
+        center_of_mass: npt.ArrayLike,
+        outline: npt.ArrayLike,
+        friction: float | None = None,
+    ) -> Self: ...
+    @staticmethod
+    def polygon(
+        vertices: npt.ArrayLike, density: float = 1.0, friction: float | None = None
+    ) -> Rigid: ...
+    @property
+    def mass(self) -> float: ...
+    @property
+    def gyration_radius(self) -> float: ...
+    @property
+    def center_of_mass(self) -> _Floats: ...
+    @property
+    def outline(self) -> _Floats: ...
+    @property
+    def friction(self) -> float | None: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class SystemContact:
+    def __new__(
+        cls,
+        body: str | int,
+        on: str | int | None,
+        point: npt.ArrayLike,
+        slope: float = 0.0,
+        friction: float = 0.0,
+    ) -> Self: ...
+    @property
+    def bodies(self) -> tuple[str, str | None]: ...
+    @property
+    def point(self) -> _Floats: ...
+    @property
+    def slope(self) -> float: ...
+    @property
+    def tangent(self) -> _Floats: ...
+    @property
+    def friction(self) -> float: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class System:
+    def __new__(
+        cls,
+        bodies: Mapping[str, Rigid] | Sequence[Rigid],
+        contacts: Literal["touching"] | Sequence[SystemContact] = "touching",
+        friction: float = 0.5,
+        ground: float | npt.ArrayLike | None = 0.0,
+        gravity: float = 9.81,
+        restitution: float = 0.0,
+    ) -> Self: ...
+    @property
+    def bodies(self) -> dict[str, Rigid]: ...
+    @property
+    def contacts(self) -> list[SystemContact]: ...
+    @property
+    def contact_names(self) -> list[str]: ...
+    @property
+    def coordinate_names(self) -> list[str]: ...
+    @property
+    def ground(self) -> float | _Floats | None: ...
+    @property
+    def friction(self) -> float: ...
+    @property
+    def gravity(self) -> float: ...
+    @property
+    def restitution(self) -> float: ...
+    @property
+    def dof(self) -> int: ...
+    @property
+    def mechanism(self) -> Mechanism: ...
+    def __eq__(self, other: object, /) -> bool: ...
+    def __reduce__(self) -> tuple[Any, ...]: ...
+
+@final
+class LoadFactor:
+    @property
+    def static(self) -> float: ...
+    @property
+    def forces(self) -> _Floats: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
 class MechanismProblem:
     def __new__(
-        cls, mechanism: Mechanism, sliding: Sequence[int | None] | None = None
+        cls, mechanism: Mechanism | System, sliding: Sequence[int | None] | None = None
     ) -> Self: ...
     @property
     def mechanism(self) -> Mechanism: ...
@@ -702,7 +808,7 @@ class Scene:
 class MechanismScene:
     def __new__(
         cls,
-        mechanism: Mechanism,
+        mechanism: Mechanism | System,
         q: npt.ArrayLike,
         qdot: npt.ArrayLike,
         options: dict[str, Any] | None = None,
@@ -1256,7 +1362,7 @@ class Sweep:
 
 @overload
 def stability(
-    posture: Posture | Mechanism,
+    posture: Posture | Mechanism | System,
     *,
     jams: _Jams = "none",
     width: float = 1e-12,
@@ -1278,7 +1384,7 @@ def stability(
 ) -> _Objects: ...
 @overload
 def stability(
-    posture: Sequence[Posture | Mechanism],
+    posture: Sequence[Posture | Mechanism | System],
     *,
     jams: _Jams = "none",
     width: float = 1e-12,
@@ -1289,7 +1395,7 @@ def stability(
 ) -> list[Verdict]: ...
 @overload
 def stability(
-    posture: Iterable[Posture | Mechanism | None],
+    posture: Iterable[Posture | Mechanism | System | None],
     *,
     jams: _Jams = "none",
     width: float = 1e-12,
@@ -1315,19 +1421,33 @@ def robustness(
     edges: _Edges = "contact",
     jams: _Jams = "none",
 ) -> Robustness: ...
+def load_factor(
+    system: System,
+    load: Mapping[str | int, npt.ArrayLike] | None = None,
+    *,
+    acceleration: npt.ArrayLike | None = None,
+) -> LoadFactor | None: ...
+def Block(
+    width: float,
+    height: float,
+    at: npt.ArrayLike = (0, 0),
+    turn: float = 0.0,
+    density: float = 1.0,
+    friction: float | None = None,
+) -> Rigid: ...
 def static_forces(
-    posture: Posture | Mechanism,
+    posture: Posture | Mechanism | System,
 ) -> tuple[_Floats, _Floats] | None: ...
 @overload
 def friction_margin(
-    posture: Posture | Mechanism,
+    posture: Posture | Mechanism | System,
     *,
     threads: int | None = None,
     progress: bool | None = None,
 ) -> float: ...
 @overload
 def friction_margin(
-    posture: Iterable[Posture | Mechanism | None] | _Objects,
+    posture: Iterable[Posture | Mechanism | System | None] | _Objects,
     *,
     threads: int | None = None,
     progress: bool | None = None,
@@ -1433,7 +1553,7 @@ def simulate_many(
     threads: int | None = None,
 ) -> Runs: ...
 def simulate(
-    posture: Posture | Mechanism,
+    posture: Posture | Mechanism | System,
     q: npt.ArrayLike = ...,
     qdot: npt.ArrayLike = ...,
     *,

@@ -93,6 +93,7 @@ mod verified;
 mod enclosure;
 pub mod simulate;
 pub mod stability;
+pub mod assembly;
 pub mod robustness;
 pub mod push;
 pub mod sweep;

@@ -61,6 +61,10 @@ struct File {
     locked: Vec<usize>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     armature: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    coordinate_names: Vec<String>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    contact_names: Vec<String>,
     contact: Vec<ContactRows>,
     #[serde(default, deserialize_with = "values::table")]
     start: StartTable,
@@ -158,6 +162,8 @@ impl MechanismScene {
             restitution: file.restitution,
             locked: file.locked,
             armature: file.armature,
+            coordinate_names: file.coordinate_names,
+            contact_names: file.contact_names,
         })
         .map_err(|e| e.renamed(of_mechanism))?;
         file.run.validate().map_err(|e| e.renamed(|field| format!("run.{field}")))?;
@@ -178,6 +184,8 @@ impl MechanismScene {
             load: f.load.clone(),
             locked: f.locked.clone(),
             armature: f.armature.clone(),
+            coordinate_names: f.coordinate_names.clone(),
+            contact_names: f.contact_names.clone(),
             contact: f.contacts.clone(),
             start: StartTable { q: self.q.clone(), qdot: self.qdot.clone() },
             run: self.options,

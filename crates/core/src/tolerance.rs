@@ -146,6 +146,10 @@ pub(crate) const CONE_SLACK: f64 = 1e-12;
 /// Roots that are equal in exact arithmetic differ by some ε. Range: 1e-15 to 1e-10.
 pub(crate) const SAME_ROOT: f64 = 1e-12;
 
+/// Distance up to which sides and corners of two bodies of an assembly touch, and depth up to which they do not overlap. Unit: size of the smaller
+/// body. Corners that are computed by sines and cosines have errors of some ε. A larger value would close gaps that are meant. Range: 1e-12 to 1e-6.
+pub(crate) const TOUCHING_SIDES: f64 = 1e-9;
+
 /// Part of a sum of squares that its terms may have left by rounding. Unit: size of the terms. Range: 1e-15 to 1e-12.
 pub(crate) const SQUARE_ROUNDING: f64 = 1e-14;
 

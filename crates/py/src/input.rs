@@ -266,11 +266,11 @@ macro_rules! arguments {
 arguments! {
     real -> f64: width, height, radius, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
     real -> f64: tangential_restitution, theta, omega, time, neighbourhood, energy, fps, speed, start, end, rtol;
-    real -> f64: inertia, torque, angle, surface_speed, scale;
+    real -> f64: inertia, torque, angle, surface_speed, scale, turn, density;
     per_piece -> Vec<Option<f64>>: terrain_friction, terrain_restitution, terrain_speed;
     optional -> Option<f64>: time_limit, sensitivity_limit, center, at, duration, at_most;
     series -> Vec<f64>: normal, tangential, load, torques;
-    reals -> [f64; 2]: impulse, force, direction, point, segment, center_of_mass, psi, phi, gaps, rates;
+    reals -> [f64; 2]: acceleration, impulse, force, direction, point, segment, center_of_mass, psi, phi, gaps, rates;
     reals -> [f64; 3]: q, qdot, wrench, free_acceleration;
     pairs -> Vec<[f64; 2]>: arms, tangents, bias;
     signs -> Vec<Option<i8>>: sliding;
@@ -361,6 +361,30 @@ pub(crate) fn tilt(value: &Bound<'_, PyAny>) -> PyResult<Option<Vec<f64>>> {
 /// The radius of gyration of a disc, or None.
 pub(crate) fn own_gyration_radius(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
     optional("gyration_radius", value)
+}
+
+/// Names of coordinates.
+pub(crate) fn coordinate_names(value: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+    sequence("coordinate_names", value, text)
+}
+
+/// Names of contacts.
+pub(crate) fn contact_names(value: &Bound<'_, PyAny>) -> PyResult<Vec<String>> {
+    sequence("contact_names", value, text)
+}
+
+fn text(field: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+    value.extract().map_err(|_| wrong_type(field, value, "a string is needed"))
+}
+
+/// The friction of a body; None for that of its system.
+pub(crate) fn own_friction(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
+    optional("friction", value)
+}
+
+/// The place of a body.
+pub(crate) fn place(value: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
+    reals("at", value)
 }
 
 /// The restitution of a contact; None for that of the posture.

@@ -13,6 +13,7 @@ mod lists;
 mod options;
 mod posture;
 mod mechanism;
+mod assembly;
 mod chain;
 mod excitation;
 mod modes;
@@ -35,6 +36,8 @@ mod _core {
 
     #[pymodule_export]
     use crate::ask::ask;
+    #[pymodule_export]
+    use crate::assembly::{PyLoadFactor, PyRigid, PySystem, PySystemContact, block, load_factor};
     #[pymodule_export]
     use crate::batch::{PyRuns, simulate_many};
     #[pymodule_export]

@@ -36,10 +36,10 @@ impl<T> Asked<T> {
     /// One item or a list of them. `read` is `None` for what is no item; `wrong` is the error for such a value, by the name of its field.
     pub(crate) fn read(
         value: &Bound<'_, PyAny>,
-        read: impl Fn(&Bound<'_, PyAny>) -> Option<T>,
+        read: impl Fn(&Bound<'_, PyAny>) -> PyResult<Option<T>>,
         wrong: impl Fn(&str, &Bound<'_, PyAny>) -> PyErr,
     ) -> PyResult<Self> {
-        if let Some(one) = read(value) {
+        if let Some(one) = read(value)? {
             return Ok(Self::One(one));
         }
         let text = value.is_instance_of::<PyString>() || value.is_instance_of::<PyBytes>();
@@ -60,7 +60,7 @@ impl<T> Asked<T> {
         let mut list = List { items: Vec::new(), shape };
         for item in found {
             let item = item?;
-            let one = if item.is_none() { None } else { Some(read(&item)) };
+            let one = if item.is_none() { None } else { Some(read(&item)?) };
             if matches!(one, Some(None)) {
                 return Err(wrong(&list.place(list.items.len()), &item));
             }

@@ -101,6 +101,7 @@ impl PyContactRows {
 /// mass_matrix : (dof, dof), M, symmetric and positive definite in the coordinates that are not locked. load : (dof,), Bτ − h: generalised
 /// forces of the joint torques less the bias; gravity acts downwards. contacts : ContactRows objects, numbered from 1. restitution : in
 /// [0, 1]. locked : coordinates that do not move, from 0. armature : (dof,), ≥ 0, added to the diagonal of M, or None.
+/// coordinate_names, contact_names : names for reports, one for each or none.
 /// Units: kg, m, s, rad.
 ///
 /// Raises ValueError naming the field, its value and the allowed range.
@@ -120,7 +121,7 @@ pub(crate) struct PyMechanism(pub(crate) Mechanism);
 impl PyMechanism {
     #[new]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
-    #[pyo3(signature = (mass_matrix, load, contacts, *, restitution=0.0, locked=Vec::new(), armature=None, **unknown), text_signature = "(mass_matrix, load, contacts, *, restitution=0.0, locked=(), armature=None)")]
+    #[pyo3(signature = (mass_matrix, load, contacts, *, restitution=0.0, locked=Vec::new(), armature=None, coordinate_names=Vec::new(), contact_names=Vec::new(), **unknown), text_signature = "(mass_matrix, load, contacts, *, restitution=0.0, locked=(), armature=None, coordinate_names=(), contact_names=())")]
     fn new(
         #[pyo3(from_py_with = input::mass_matrix)] mass_matrix: Vec<Vec<f64>>,
         #[pyo3(from_py_with = input::load)] load: Vec<f64>,
@@ -128,6 +129,8 @@ impl PyMechanism {
         #[pyo3(from_py_with = input::restitution)] restitution: f64,
         #[pyo3(from_py_with = locked)] locked: Vec<usize>,
         #[pyo3(from_py_with = input::armature)] armature: Option<Vec<f64>>,
+        #[pyo3(from_py_with = input::coordinate_names)] coordinate_names: Vec<String>,
+        #[pyo3(from_py_with = input::contact_names)] contact_names: Vec<String>,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         input::no_keywords("Mechanism", unknown)?;
@@ -145,6 +148,8 @@ impl PyMechanism {
             restitution,
             locked,
             armature: armature.unwrap_or_default(),
+            coordinate_names,
+            contact_names,
         })
         .map(Self)
         .map_err(|e| to_py(&e))
@@ -190,6 +195,18 @@ impl PyMechanism {
     fn armature<'py>(&self, py: Python<'py>) -> Option<Bound<'py, PyArray1<f64>>> {
         let armature = &self.0.fields().armature;
         (!armature.is_empty()).then(|| armature.to_pyarray(py))
+    }
+
+    /// Names of the coordinates; empty if they have none.
+    #[getter]
+    fn coordinate_names(&self) -> Vec<String> {
+        self.0.fields().coordinate_names.clone()
+    }
+
+    /// Names of the contacts; empty if they have none.
+    #[getter]
+    fn contact_names(&self) -> Vec<String> {
+        self.0.fields().contact_names.clone()
     }
 
     /// Number of coordinates, with those that are locked.
@@ -267,6 +284,11 @@ impl PyMechanism {
         if !f.armature.is_empty() {
             text += &format!(", armature={}", numbers_text(&f.armature));
         }
+        let named =
+            [("coordinate_names", &f.coordinate_names), ("contact_names", &f.contact_names)];
+        for (name, names) in named.into_iter().filter(|(_, names)| !names.is_empty()) {
+            text += &format!(", {name}={names:?}");
+        }
         text + ")"
     }
 
@@ -279,6 +301,8 @@ impl PyMechanism {
         keywords.set_item("restitution", f.restitution)?;
         keywords.set_item("locked", &f.locked)?;
         keywords.set_item("armature", (!f.armature.is_empty()).then_some(&f.armature))?;
+        keywords.set_item("coordinate_names", &f.coordinate_names)?;
+        keywords.set_item("contact_names", &f.contact_names)?;
         Ok((question(py.get_type::<Self>().into_any(), &keywords)?, ()))
     }
 }

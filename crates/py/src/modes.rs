@@ -13,6 +13,7 @@ use standfast::modes::{
 };
 use standfast::{Error, State};
 
+use crate::assembly::some_mechanism;
 use crate::convert::{array, call, float, pair_text, word};
 use crate::error::to_py;
 use crate::files::write_whole;
@@ -266,10 +267,8 @@ fn jams(found: &[Jamming]) -> Vec<(usize, char, f64, f64)> {
 
 /// Reads a mechanism.
 pub(crate) fn mechanism(value: &Bound<'_, PyAny>) -> PyResult<PyMechanism> {
-    let mechanism = value.cast::<PyMechanism>();
-    mechanism
-        .map(|found| found.get().clone())
-        .map_err(|_| input::wrong_type("mechanism", value, "a Mechanism is needed"))
+    some_mechanism(value)?
+        .ok_or_else(|| input::wrong_type("mechanism", value, "a Mechanism is needed"))
 }
 
 /// The problem of a body or of a mechanism.
@@ -604,16 +603,15 @@ impl Subject {
 /// Reads what has contact modes, or a list of such.
 fn subjects(value: &Bound<'_, PyAny>) -> PyResult<lists::Asked<Subject>> {
     let read = |value: &Bound<'_, PyAny>| {
-        if let Ok(posture) = value.cast::<PyPosture>() {
+        Ok(if let Ok(posture) = value.cast::<PyPosture>() {
             Some(Subject::Posture(posture.get().clone()))
         } else if let Ok(problem) = value.cast::<PyContactProblem>() {
             Some(Subject::Problem(Box::new(PyProblem::Body(problem.get().clone()))))
-        } else if let Ok(mechanism) = value.cast::<PyMechanism>() {
-            Some(Subject::Mechanism(mechanism.get().clone()))
-        } else {
-            let problem = value.cast::<PyMechanismProblem>().ok()?;
+        } else if let Ok(problem) = value.cast::<PyMechanismProblem>() {
             Some(Subject::Problem(Box::new(PyProblem::Mechanism(problem.get().clone()))))
-        }
+        } else {
+            some_mechanism(value)?.map(Subject::Mechanism)
+        })
     };
     lists::Asked::read(value, read, input::no_body)
 }

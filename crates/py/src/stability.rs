@@ -14,6 +14,7 @@ use standfast::stability::{
     mechanism_friction_margin, mechanism_pairs, mechanism_stability,
 };
 
+use crate::assembly::some_mechanism;
 use crate::chain::PyChain;
 use crate::convert::word;
 use crate::error::to_py;
@@ -50,17 +51,17 @@ pub(crate) enum Standing {
     Mechanism(PyMechanism),
 }
 
-/// A posture or a mechanism; `None` for anything else.
-fn some_standing(value: &Bound<'_, PyAny>) -> Option<Standing> {
+/// A posture, a mechanism or a system; `None` for anything else.
+fn some_standing(value: &Bound<'_, PyAny>) -> PyResult<Option<Standing>> {
     if let Ok(posture) = value.cast::<PyPosture>() {
-        return Some(Standing::Body(posture.get().clone()));
+        return Ok(Some(Standing::Body(posture.get().clone())));
     }
-    value.cast::<PyMechanism>().ok().map(|found| Standing::Mechanism(found.get().clone()))
+    Ok(some_mechanism(value)?.map(Standing::Mechanism))
 }
 
 /// Reads a posture or a mechanism.
 pub(crate) fn standing(value: &Bound<'_, PyAny>) -> PyResult<Standing> {
-    some_standing(value).ok_or_else(|| {
+    some_standing(value)?.ok_or_else(|| {
         let list = value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>();
         let needed = if value.is_instance_of::<PyChain>() {
             OF_CHAIN

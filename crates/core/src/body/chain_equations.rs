@@ -135,6 +135,7 @@ impl Chain {
             restitution: self.fields().restitution,
             locked,
             armature,
+            ..MechanismFields::default()
         })
     }
 

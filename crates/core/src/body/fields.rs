@@ -161,4 +161,10 @@ pub struct MechanismFields {
     /// Inertia (dof) added to the diagonal of M, in kg m² or kg; empty: none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub armature: Vec<f64>,
+    /// Names of the coordinates (dof), for reports; empty: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub coordinate_names: Vec<String>,
+    /// Names of the contacts, for reports; empty: none.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contact_names: Vec<String>,
 }

@@ -123,8 +123,7 @@ impl Mechanism {
             load: vec![0.0, -m * f.gravity, 0.0],
             contacts: contacts.collect(),
             restitution: f.restitution,
-            locked: Vec::new(),
-            armature: Vec::new(),
+            ..MechanismFields::default()
         })
     }
 
@@ -300,6 +299,19 @@ fn checked(mut fields: MechanismFields) -> Result<MechanismFields, Error> {
     }
     for (i, contact) in fields.contacts.iter().enumerate() {
         check_contact(i, contact, dof)?;
+    }
+    let named = [
+        ("coordinate_names", &fields.coordinate_names, dof, "coordinates"),
+        ("contact_names", &fields.contact_names, count, "contacts"),
+    ];
+    for (name, names, needed, what) in named {
+        if !names.is_empty() && names.len() != needed {
+            return unusable(
+                name.into(),
+                format!("[{} names]", names.len()),
+                format!("one name for each of the {needed} {what}, or none at all"),
+            );
+        }
     }
     for value in fields.mass_matrix.iter_mut().flatten() {
         *value = value.unsigned_zero();

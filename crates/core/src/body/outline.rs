@@ -291,6 +291,48 @@ pub(crate) fn checked_polygon(field: &str, vertices: &[[f64; 2]]) -> Result<f64,
     Ok((0..count).map(|k| point(k).perp(&point(k + 1))).sum())
 }
 
+/// A polygon of uniform density.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct UniformPolygon {
+    /// Its area, in m²: positive if its vertices are in counterclockwise order.
+    pub(crate) area: f64,
+    /// Its centre of mass, in m.
+    pub(crate) center: Vector2<f64>,
+    /// Square of the radius of gyration about it, in m².
+    pub(crate) gyration_squared: f64,
+}
+
+/// The centre of mass and the radius of gyration of a polygon of uniform density.
+///
+/// # Errors
+///
+/// As [`checked_polygon`]; no area.
+pub(crate) fn uniform_polygon(field: &str, vertices: &[[f64; 2]]) -> Result<UniformPolygon, Error> {
+    let (double_area, count) = (checked_polygon(field, vertices)?, vertices.len());
+    let relative = |to: Vector2<f64>| -> Vec<Vector2<f64>> {
+        vertices.iter().map(|vertex| Vector2::from(*vertex) - to).collect()
+    };
+    let sum = |points: &[Vector2<f64>], term: &dyn Fn(&Vector2<f64>, &Vector2<f64>) -> f64| {
+        (0..count).map(|k| term(&points[k], &points[(k + 1) % count])).sum::<f64>()
+    };
+    let from = Vector2::from(vertices[0]);
+    let points = relative(from);
+    let moment = |axis: usize| sum(&points, &|p, q| (p[axis] + q[axis]) * p.perp(q));
+    let center = from + Vector2::new(moment(0), moment(1)) / (3.0 * double_area);
+    let points = relative(center);
+    let gyration_squared =
+        sum(&points, &|p, q| (p.dot(p) + p.dot(q) + q.dot(q)) * p.perp(q)) / (6.0 * double_area);
+    let area = 0.5 * double_area;
+    if gyration_squared > 0.0 && gyration_squared.is_finite() {
+        return Ok(UniformPolygon { area, center, gyration_squared });
+    }
+    Err(Error::Unusable {
+        field: field.into(),
+        value: format!("[area {area:?}]"),
+        allowed: "a polygon with an area".into(),
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

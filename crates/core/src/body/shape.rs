@@ -10,7 +10,7 @@ use nalgebra::Vector2;
 
 use crate::body::contact::Contact;
 use crate::body::fields::{GroundKind, PostureFields, Surface};
-use crate::body::outline::{checked_polygon, opened};
+use crate::body::outline::{opened, uniform_polygon};
 use crate::body::posture::{MAX_CONTACTS, Posture};
 use crate::error::{Error, positive};
 
@@ -146,30 +146,14 @@ impl Posture {
             allowed: allowed.into(),
         };
         let vertices = opened(vertices);
-        let (double_area, count) = (checked_polygon("vertices", vertices)?, vertices.len());
-        let from = Vector2::from(vertices[0]);
-        let relative = |to: Vector2<f64>| -> Vec<Vector2<f64>> {
-            vertices.iter().map(|vertex| Vector2::from(*vertex) - to).collect()
-        };
-        let sum = |points: &[Vector2<f64>], term: &dyn Fn(&Vector2<f64>, &Vector2<f64>) -> f64| {
-            (0..count).map(|k| term(&points[k], &points[(k + 1) % count])).sum::<f64>()
-        };
-        let points = relative(from);
-        let moment = |axis: usize| sum(&points, &|p, q| (p[axis] + q[axis]) * p.perp(q));
-        let center = from + Vector2::new(moment(0), moment(1)) / (3.0 * double_area);
-        let points = relative(center);
-        let square = sum(&points, &|p, q| (p.dot(p) + p.dot(q) + q.dot(q)) * p.perp(q))
-            / (6.0 * double_area);
-        if !(square > 0.0 && square.is_finite()) {
-            return Err(unusable(
-                format!("[area {:?}]", 0.5 * double_area),
-                "a polygon with an area",
-            ));
-        }
+        let uniform = uniform_polygon("vertices", vertices)?;
+        let (center, count) = (uniform.center, vertices.len());
+        let points: Vec<Vector2<f64>> =
+            vertices.iter().map(|vertex| Vector2::from(*vertex) - center).collect();
         let turns = |k: usize| {
             let [before, here, after] =
                 [(k + count - 1) % count, k, (k + 1) % count].map(|k| points[k]);
-            (here - before).perp(&(after - here)) * double_area.signum()
+            (here - before).perp(&(after - here)) * uniform.area.signum()
         };
         let convex: Vec<[f64; 2]> =
             (0..count).filter(|&k| turns(k) > 0.0).map(|k| vertices[k]).collect();
@@ -179,7 +163,7 @@ impl Posture {
         }
         Self::new(PostureFields {
             outline: vertices.to_vec(),
-            ..lamina.fields(center.into(), square.sqrt(), &convex)
+            ..lamina.fields(center.into(), uniform.gyration_squared.sqrt(), &convex)
         })
     }
 }

@@ -1,0 +1,13 @@
+//! Assemblies: bodies that stand on each other and on the ground.
+//!
+//! A [`System`] is a [`Mechanism`](crate::body::Mechanism) with names, made of bodies in their places: its contacts are found where their outlines touch. Each
+//! body has the coordinates (x, y, θ) of its centre of mass, measured from the posture.
+
+mod load;
+mod rigid;
+mod system;
+mod touching;
+
+pub use load::{Load, LoadFactor};
+pub use rigid::Rigid;
+pub use system::{Ground, System, SystemContact, SystemFields};

@@ -1,0 +1,495 @@
+//! Assemblies of bodies that stand on each other.
+
+use numpy::{PyArray1, PyArrayDyn, ToPyArray};
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyString};
+use standfast::Error;
+use standfast::assembly::{Ground, Load, LoadFactor, Rigid, System, SystemContact, SystemFields};
+
+use crate::convert::{array, counted, float, pair_text, question};
+use crate::error::to_py;
+use crate::input;
+use crate::mechanism::PyMechanism;
+
+/// A rigid body of a System, in its place.
+///
+/// mass : kg. gyration_radius : m. center_of_mass : (2,) m. outline : (n, 2) m, its corners in order: a polygon whose sides meet only at its
+/// corners. friction : of its contacts, or None for that of the System; where two bodies have one, the smaller one counts.
+///
+/// Raises ValueError naming the field, its value and the allowed range.
+///
+/// >>> import standfast as sf
+/// >>> sf.Rigid(2, 0.5, (0, 1), [(-1, 0), (1, 0), (0, 3)]).mass
+/// 2.0
+#[pyclass(frozen, eq, name = "Rigid", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyRigid(pub(crate) Rigid);
+
+#[pymethods]
+impl PyRigid {
+    #[new]
+    #[pyo3(signature = (mass, gyration_radius, center_of_mass, outline, friction=None))]
+    fn new(
+        #[pyo3(from_py_with = input::mass)] mass: f64,
+        #[pyo3(from_py_with = input::gyration_radius)] gyration_radius: f64,
+        #[pyo3(from_py_with = input::center_of_mass)] center_of_mass: [f64; 2],
+        #[pyo3(from_py_with = input::outline)] outline: Vec<[f64; 2]>,
+        #[pyo3(from_py_with = input::own_friction)] friction: Option<f64>,
+    ) -> PyResult<Self> {
+        let body = Rigid { mass, gyration_radius, center_of_mass, outline, friction };
+        body.checked().map(Self).map_err(|e| to_py(&e))
+    }
+
+    /// A polygon of uniform density, kg/m². vertices : (n, 2) m, its corners in order.
+    ///
+    /// >>> import standfast as sf
+    /// >>> sf.Rigid.polygon([(0, 0), (3, 0), (0, 3)]).center_of_mass
+    /// array([1., 1.])
+    #[staticmethod]
+    #[pyo3(signature = (vertices, density=1.0, friction=None))]
+    fn polygon(
+        #[pyo3(from_py_with = input::vertices)] vertices: Vec<[f64; 2]>,
+        #[pyo3(from_py_with = input::density)] density: f64,
+        #[pyo3(from_py_with = input::own_friction)] friction: Option<f64>,
+    ) -> PyResult<Self> {
+        with_friction(Rigid::polygon(&vertices, density), friction)
+    }
+
+    #[getter]
+    fn mass(&self) -> f64 {
+        self.0.mass
+    }
+
+    #[getter]
+    fn gyration_radius(&self) -> f64 {
+        self.0.gyration_radius
+    }
+
+    #[getter]
+    fn center_of_mass<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.0.center_of_mass.to_pyarray(py)
+    }
+
+    /// The corners, counterclockwise, (n, 2).
+    #[getter]
+    fn outline<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        array(py, self.0.outline.concat(), &[self.0.outline.len(), 2])
+    }
+
+    #[getter]
+    fn friction(&self) -> Option<f64> {
+        self.0.friction
+    }
+
+    fn __repr__(&self) -> String {
+        let corners: Vec<String> = self.0.outline.iter().copied().map(pair_text).collect();
+        let friction =
+            self.0.friction.map_or(String::new(), |mu| format!(", friction={}", float(mu)));
+        format!(
+            "Rigid({}, {}, {}, [{}]{friction})",
+            float(self.0.mass),
+            float(self.0.gyration_radius),
+            pair_text(self.0.center_of_mass),
+            corners.join(", ")
+        )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let r = &self.0;
+        let arguments =
+            (r.mass, r.gyration_radius, r.center_of_mass, r.outline.clone(), r.friction);
+        Ok((py.get_type::<Self>().into_any(), arguments.into_pyobject(py)?.into_any()))
+    }
+}
+
+fn with_friction(made: Result<Rigid, Error>, friction: Option<f64>) -> PyResult<PyRigid> {
+    made.and_then(|body| Rigid { friction, ..body }.checked()).map(PyRigid).map_err(|e| to_py(&e))
+}
+
+/// A rectangle of uniform density, a Rigid.
+///
+/// width, height : m. at : (2,) m, the middle of its lower side. turn : angle about this point, counterclockwise, rad. density : kg/m².
+/// friction : of its contacts, or None for that of the System.
+///
+/// >>> import standfast as sf
+/// >>> sf.Block(2, 1, at=(0, 3)).center_of_mass
+/// array([0. , 3.5])
+#[pyfunction]
+#[pyo3(name = "Block", signature = (width, height, at=[0.0, 0.0], turn=0.0, density=1.0, friction=None), text_signature = "(width, height, at=(0, 0), turn=0.0, density=1.0, friction=None)")]
+pub(crate) fn block(
+    #[pyo3(from_py_with = input::width)] width: f64,
+    #[pyo3(from_py_with = input::height)] height: f64,
+    #[pyo3(from_py_with = input::place)] at: [f64; 2],
+    #[pyo3(from_py_with = input::turn)] turn: f64,
+    #[pyo3(from_py_with = input::density)] density: f64,
+    #[pyo3(from_py_with = input::own_friction)] friction: Option<f64>,
+) -> PyResult<PyRigid> {
+    with_friction(Rigid::block(width, height, at, turn, density), friction)
+}
+
+/// A contact of a System, between two bodies or between a body and the ground.
+///
+/// body : name of the body that is pushed along the normal. on : name of the other body, or None for the ground. point : (2,) m. slope : angle of the tangent
+/// (cos, sin), rad; the normal is (−sin, cos), into `body`. friction : μ.
+#[pyclass(frozen, eq, name = "SystemContact", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PySystemContact {
+    body: String,
+    on: Option<String>,
+    point: [f64; 2],
+    slope: f64,
+    friction: f64,
+}
+
+#[pymethods]
+impl PySystemContact {
+    #[new]
+    #[pyo3(signature = (body, on, point, slope=0.0, friction=0.0))]
+    fn new(
+        body: &Bound<'_, PyAny>,
+        on: &Bound<'_, PyAny>,
+        #[pyo3(from_py_with = input::point)] point: [f64; 2],
+        #[pyo3(from_py_with = input::slope)] slope: f64,
+        #[pyo3(from_py_with = input::friction)] friction: f64,
+    ) -> PyResult<Self> {
+        let on = if on.is_none() { None } else { Some(name("on", on)?) };
+        Ok(Self { body: name("body", body)?, on, point, slope, friction })
+    }
+
+    /// Names of its two bodies: the one that is pushed along the normal, and the other one, None for the ground.
+    #[getter]
+    fn bodies(&self) -> (&str, Option<&str>) {
+        (&self.body, self.on.as_deref())
+    }
+
+    #[getter]
+    fn point<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.point.to_pyarray(py)
+    }
+
+    #[getter]
+    fn slope(&self) -> f64 {
+        self.slope
+    }
+
+    /// The unit tangent, (2,).
+    #[getter]
+    fn tangent<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let Self { point, slope, friction, .. } = *self;
+        SystemContact { body: 0, on: None, point, slope, friction }.tangent().to_pyarray(py)
+    }
+
+    #[getter]
+    fn friction(&self) -> f64 {
+        self.friction
+    }
+
+    fn __repr__(&self) -> String {
+        let on = self.on.as_ref().map_or("None".to_owned(), |on| format!("{on:?}"));
+        format!(
+            "SystemContact({:?}, {on}, {}, {}, {})",
+            self.body,
+            pair_text(self.point),
+            float(self.slope),
+            float(self.friction)
+        )
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let arguments = (&self.body, &self.on, self.point, self.slope, self.friction);
+        Ok((py.get_type::<Self>().into_any(), arguments.into_pyobject(py)?.into_any()))
+    }
+}
+
+/// A name of a body: a string, or its number from 1 where the bodies are a list.
+fn name(field: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+    if let Ok(text) = value.cast::<PyString>() {
+        return Ok(text.to_string());
+    }
+    input::whole(field, value, 1..=usize::MAX).map(|number| number.to_string())
+}
+
+/// An assembly of rigid bodies in their places: bodies that stand on each other and on the ground.
+///
+/// bodies : {name: Rigid or Block}, or a list, whose bodies are called "1", "2", …. contacts : "touching": found where the outlines touch, two for
+/// each pair of flush sides, at the ends of their overlap, and one for a corner on a side; or SystemContact objects. friction : of contacts that are found, where no
+/// body has one. ground : height of level ground, m; or (n, 2) m, a line from left to right, with the ground below; or None. gravity : m/s². restitution : in [0, 1].
+///
+/// `contact_modes`, `static_forces`, `friction_margin`, `stability` and `simulate` take it as the Mechanism `system.mechanism`, with q = (x, y, θ) of the centre of
+/// mass of each body; 64 contacts at most. Small motions: the directions of the contacts do not change.
+///
+/// Raises ValueError naming the field, its value and what is allowed; bodies that overlap are named.
+///
+/// >>> import standfast as sf
+/// >>> stack = sf.System({"low": sf.Block(1, 1), "high": sf.Block(1, 1, at=(0.3, 1))})
+/// >>> stack.contact_names[2:]
+/// ['high on low at (-0.2, 1)', 'high on low at (0.5, 1)']
+/// >>> sf.contact_modes(stack).consistent
+/// ['FFFF']
+#[pyclass(frozen, eq, name = "System", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PySystem(pub(crate) System);
+
+#[pymethods]
+impl PySystem {
+    #[new]
+    #[pyo3(signature = (bodies, contacts=None, friction=0.5, ground=Some(Ground::default()), gravity=9.81, restitution=0.0, **unknown), text_signature = "(bodies, contacts=\"touching\", friction=0.5, ground=0.0, gravity=9.81, restitution=0.0)")]
+    #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
+    fn new(
+        bodies: &Bound<'_, PyAny>,
+        contacts: Option<&Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = input::friction)] friction: f64,
+        #[pyo3(from_py_with = read_ground)] ground: Option<Ground>,
+        #[pyo3(from_py_with = input::gravity)] gravity: f64,
+        #[pyo3(from_py_with = input::restitution)] restitution: f64,
+        unknown: Option<&Bound<'_, PyDict>>,
+    ) -> PyResult<Self> {
+        input::no_keywords("System", unknown)?;
+        let bodies = named_bodies(bodies)?;
+        let contacts = contacts.map_or(Ok(None), |given| read_contacts(given, &bodies))?;
+        let fields = SystemFields { bodies, contacts, friction, ground, gravity, restitution };
+        System::new(fields).map(Self).map_err(|e| to_py(&e))
+    }
+
+    /// The bodies by name.
+    #[getter]
+    fn bodies<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let all = PyDict::new(py);
+        for (name, body) in &self.0.fields().bodies {
+            all.set_item(name, PyRigid(body.clone()))?;
+        }
+        Ok(all)
+    }
+
+    /// The contacts, numbered from 1 in this order.
+    #[getter]
+    fn contacts(&self) -> Vec<PySystemContact> {
+        let name = |k: usize| self.0.fields().bodies[k].0.clone();
+        let contact = |c: &SystemContact| PySystemContact {
+            body: name(c.body),
+            on: c.on.map(name),
+            point: c.point,
+            slope: c.slope,
+            friction: c.friction,
+        };
+        self.0.contacts().iter().map(contact).collect()
+    }
+
+    /// The contacts in words: which body on which, and where, in m.
+    #[getter]
+    fn contact_names(&self) -> Vec<String> {
+        self.0.contact_names()
+    }
+
+    /// The coordinates in words: x, y and theta of each body.
+    #[getter]
+    fn coordinate_names(&self) -> Vec<String> {
+        self.0.coordinate_names()
+    }
+
+    /// Height of the level ground, m; or the points of its line, (n, 2) m; or None.
+    #[getter]
+    fn ground<'py>(&self, py: Python<'py>) -> PyResult<Option<Bound<'py, PyAny>>> {
+        Ok(match &self.0.fields().ground {
+            None => None,
+            Some(Ground::Level(height)) => Some(height.into_pyobject(py)?.into_any()),
+            Some(Ground::Line(points)) => {
+                Some(array(py, points.concat(), &[points.len(), 2])?.into_any())
+            }
+        })
+    }
+
+    #[getter]
+    fn friction(&self) -> f64 {
+        self.0.fields().friction
+    }
+
+    #[getter]
+    fn gravity(&self) -> f64 {
+        self.0.fields().gravity
+    }
+
+    #[getter]
+    fn restitution(&self) -> f64 {
+        self.0.fields().restitution
+    }
+
+    /// Number of coordinates: three for each body.
+    #[getter]
+    fn dof(&self) -> usize {
+        3 * self.0.fields().bodies.len()
+    }
+
+    /// The assembly as a Mechanism with names.
+    ///
+    /// Raises ValueError with more than 64 contacts or 33 bodies.
+    #[getter]
+    pub(crate) fn mechanism(&self) -> PyResult<PyMechanism> {
+        self.0.mechanism().map(PyMechanism).map_err(|e| to_py(&e))
+    }
+
+    fn __repr__(&self) -> String {
+        let bodies = self.0.fields().bodies.len();
+        let bodies = if bodies == 1 { "1 body".into() } else { format!("{bodies} bodies") };
+        format!("<System: {bodies}, {}>", counted(self.0.contacts().len(), "contact"))
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, ())> {
+        let keywords = PyDict::new(py);
+        keywords.set_item("bodies", self.bodies(py)?)?;
+        if self.0.fields().contacts.is_some() {
+            keywords.set_item("contacts", self.contacts())?;
+        }
+        keywords.set_item("friction", self.friction())?;
+        keywords.set_item("ground", self.ground(py)?)?;
+        keywords.set_item("gravity", self.gravity())?;
+        keywords.set_item("restitution", self.restitution())?;
+        Ok((question(py.get_type::<Self>().into_any(), &keywords)?, ()))
+    }
+}
+
+/// A Mechanism, or a System as one; `None` for anything else.
+pub(crate) fn some_mechanism(value: &Bound<'_, PyAny>) -> PyResult<Option<PyMechanism>> {
+    if let Ok(system) = value.cast::<PySystem>() {
+        return system.get().mechanism().map(Some);
+    }
+    Ok(value.cast::<PyMechanism>().ok().map(|found| found.get().clone()))
+}
+
+const BODIES: &str = "a dict {name: Rigid}, or a list of Rigid, is needed";
+
+fn named_bodies(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Rigid)>> {
+    let body = |field: &str, item: &Bound<'_, PyAny>| {
+        let found = item.cast::<PyRigid>();
+        let found = found.map(|body| body.get().0.clone());
+        found.map_err(|_| input::wrong_type(field, item, "a Rigid, or a Block, is needed"))
+    };
+    if let Ok(all) = value.cast::<PyDict>() {
+        return all
+            .iter()
+            .map(|(key, item)| {
+                let name = name("bodies", &key)?;
+                let body = body(&format!("bodies[{name:?}]"), &item)?;
+                Ok((name, body))
+            })
+            .collect();
+    }
+    if value.is_instance_of::<PyString>() || value.cast::<PyRigid>().is_ok() {
+        return Err(input::wrong_type("bodies", value, BODIES));
+    }
+    let all = input::sequence("bodies", value, body)?;
+    Ok(all.into_iter().enumerate().map(|(k, body)| ((k + 1).to_string(), body)).collect())
+}
+
+fn body_called(bodies: &[(String, Rigid)], field: &str, called: &str) -> PyResult<usize> {
+    bodies.iter().position(|(name, _)| name == called).ok_or_else(|| {
+        let names: Vec<&str> = bodies.iter().map(|(name, _)| name.as_str()).collect();
+        to_py(&Error::Unusable {
+            field: field.into(),
+            value: format!("{called:?}"),
+            allowed: format!("a body of the system: {}", names.join(", ")),
+        })
+    })
+}
+
+fn read_contacts(
+    value: &Bound<'_, PyAny>,
+    bodies: &[(String, Rigid)],
+) -> PyResult<Option<Vec<SystemContact>>> {
+    if value.is_none() || value.extract::<&str>().is_ok_and(|word| word == "touching") {
+        return Ok(None);
+    }
+    let all = input::sequence("contacts", value, |field, item| {
+        let needed = "a SystemContact is needed";
+        let found = item.cast::<PySystemContact>();
+        let c = found.map_err(|_| input::wrong_type(field, item, needed))?.get();
+        let on = c.on.as_ref().map(|on| body_called(bodies, &format!("{field}.on"), on));
+        Ok(SystemContact {
+            body: body_called(bodies, &format!("{field}.body"), &c.body)?,
+            on: on.transpose()?,
+            point: c.point,
+            slope: c.slope,
+            friction: c.friction,
+        })
+    });
+    all.map(Some)
+}
+
+fn read_ground(value: &Bound<'_, PyAny>) -> PyResult<Option<Ground>> {
+    if value.is_none() {
+        return Ok(None);
+    }
+    if value.len().is_ok() {
+        return input::terrain(value).map(|points| Some(Ground::Line(points)));
+    }
+    input::height(value).map(|height| Some(Ground::Level(height)))
+}
+
+/// The largest multiple of a load that a System holds.
+///
+/// system : System. load : {body: (fx, fy, moment)}, N and N m about its centre of mass. acceleration : (2,) m/s², in place of load: it acts like
+/// gravity on every body.
+///
+/// Returns a LoadFactor; None if contact forces balance no multiple ≥ 0 of the load.
+///
+/// Raises ValueError naming the argument.
+///
+/// >>> import standfast as sf
+/// >>> brick = sf.System([sf.Block(2, 1)], gravity=10)      # friction 1/2
+/// >>> round(sf.load_factor(brick, acceleration=(1, 0)).static, 12)
+/// 5.0
+#[pyfunction]
+#[pyo3(signature = (system, load=None, *, acceleration=None))]
+pub(crate) fn load_factor(
+    system: &Bound<'_, PyAny>,
+    load: Option<&Bound<'_, PyDict>>,
+    acceleration: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Option<PyLoadFactor>> {
+    let needed = "a System is needed";
+    let found = system.cast::<PySystem>();
+    let system = &found.map_err(|_| input::wrong_type("system", system, needed))?.get().0;
+    let load = match (load, acceleration) {
+        (Some(load), None) => {
+            let wrench = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+                let called = name("load", &key)?;
+                let body = body_called(&system.fields().bodies, "load", &called)?;
+                Ok((body, input::wrench(&value)?))
+            };
+            Load::Wrenches(load.iter().map(wrench).collect::<PyResult<_>>()?)
+        }
+        (None, Some(value)) => Load::Acceleration(input::acceleration(value)?),
+        _ => {
+            return Err(to_py(&Error::Unusable {
+                field: "load".into(),
+                value: if load.is_some() { "load and acceleration" } else { "None" }.into(),
+                allowed: "either load or acceleration".into(),
+            }));
+        }
+    };
+    let found = system.load_factor(&load).map_err(|e| to_py(&e))?;
+    Ok(found.map(PyLoadFactor))
+}
+
+/// How much of a load a System holds.
+#[pyclass(frozen, eq, name = "LoadFactor", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyLoadFactor(LoadFactor);
+
+#[pymethods]
+impl PyLoadFactor {
+    /// The largest multiple of the load that contact forces within the friction cones can balance; inf if there is no bound.
+    #[getter]
+    fn r#static(&self) -> f64 {
+        self.0.statics
+    }
+
+    /// Contact forces (tangential, normal) that balance it, (contacts, 2) N.
+    #[getter]
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        array(py, self.0.forces.concat(), &[self.0.forces.len(), 2])
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<LoadFactor: static {}>", float(self.0.statics))
+    }
+}
