@@ -162,7 +162,56 @@ def modes_table(modes: sf.Modes) -> str:
         for number, way, margin, critical in modes.problem.jamming
         if margin <= 0.0
     ]
+    if isinstance(modes.problem, sf.MechanismProblem):
+        mechanism = modes.problem.mechanism
+        for mode in solved:
+            if mode.consistent and mode.acceleration.any():
+                lines += _begins(mode, mechanism)
+        lines += _contact_names(mechanism)
     return "\n".join(lines)
+
+
+#: What a contact does, by its letter.
+DOES = {"S": "opens", "F": "holds", "R": "slides right", "L": "slides left"}
+#: Share of the largest acceleration of a kind below which a coordinate does not move: rounding.
+STILL = 1e-9
+
+
+def _begins(mode: sf.ContactMode, mechanism: sf.Mechanism) -> list[str]:
+    """How a mode begins to move, by the names of the contacts and the coordinates, if they have names."""
+    lines = []
+    if names := mechanism.contact_names:
+        for letter, what in DOES.items():
+            if found := [n for n, own in zip(names, mode.word, strict=True) if own == letter]:  # fmt: skip
+                lines.append((what, _some(found)))
+    if names := mechanism.coordinate_names:
+        least = STILL * np.abs(mode.acceleration).max()
+        moved = [
+            f"{name} {value:.4g}"
+            for name, value in zip(names, mode.acceleration, strict=True)
+            if abs(value) > least
+        ]
+        lines.append(("accelerates", _some(moved)))
+    if not lines:
+        return []
+    return [
+        f"  {mode.word}  begins so:",
+        *(f"    {what:<12}  {text}" for what, text in lines),
+    ]
+
+
+def _some(texts: Sequence[str]) -> str:
+    left = len(texts) - ROWS
+    return "; ".join([*texts[:ROWS], *([f"and {left} more"] if left > 0 else [])])
+
+
+def _contact_names(mechanism: sf.Mechanism) -> list[str]:
+    """The numbers of the contacts with their names, if they have names."""
+    names = mechanism.contact_names
+    lines = [f"    {k:>3}  {name}" for k, name in enumerate(names[:ROWS], start=1)]
+    if len(names) > ROWS:
+        lines.append(f"    ... and {len(names) - ROWS} more: mechanism.contact_names")
+    return ["  contacts", *lines] if names else []
 
 
 def acceleration_named(body: bool) -> str:
@@ -377,8 +426,11 @@ def _of_mechanism(verdict: sf.Verdict, mechanism: sf.Mechanism) -> list[str]:
         lines[-1] += (
             ": no contact forces balance the load; it contains the torques of the joints and minus the bias h"
         )
+    lines += _contact_names(mechanism)
     joints = sorted(set(range(BASE, mechanism.dof)) - set(mechanism.locked))
-    if not joints or not verdict.equilibrium:
+    # The coordinates of the bodies of an assembly are no joints.
+    several = sum(name.endswith(".theta") for name in mechanism.coordinate_names) > 1
+    if not joints or not verdict.equilibrium or several:
         return lines
     title = "joints            "
     every = [*joints] if len(joints) > 1 else []

@@ -420,9 +420,9 @@ fn read_ground(value: &Bound<'_, PyAny>) -> PyResult<Option<Ground>> {
         return Ok(None);
     }
     if value.len().is_ok() {
-        return input::terrain(value).map(|points| Some(Ground::Line(points)));
+        return input::ground_line(value).map(|points| Some(Ground::Line(points)));
     }
-    input::height(value).map(|height| Some(Ground::Level(height)))
+    input::ground_height(value).map(|height| Some(Ground::Level(height)))
 }
 
 /// The largest multiple of a load that a System holds.

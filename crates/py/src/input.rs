@@ -382,6 +382,16 @@ pub(crate) fn own_friction(value: &Bound<'_, PyAny>) -> PyResult<Option<f64>> {
     optional("friction", value)
 }
 
+/// Points of the ground of an assembly.
+pub(crate) fn ground_line(value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
+    sequence("ground", value, reals)
+}
+
+/// Height of the ground of an assembly.
+pub(crate) fn ground_height(value: &Bound<'_, PyAny>) -> PyResult<f64> {
+    real("ground", value)
+}
+
 /// The place of a body.
 pub(crate) fn place(value: &Bound<'_, PyAny>) -> PyResult<[f64; 2]> {
     reals("at", value)

@@ -1,0 +1,448 @@
+"""Assemblies of bodies: contacts by hand, statics beside linear programmes of scipy, accelerations beside a solver of linear complementarity
+problems of its own, arches and overhangs of known sizes."""
+
+import copy
+import pickle
+from itertools import pairwise
+
+import numpy as np
+import pytest
+import standfast as sf
+from scipy.optimize import linprog
+
+G = 9.81
+
+
+# Rows of an assembly, anew: its bodies and contacts are read, the rest is done here.
+
+
+def equations(system):
+    """Columns of the wrenches on all bodies (3n, 2k) of unit forces (tangential, normal), and the weights (3n,)."""
+    bodies = list(system.bodies)
+    columns = np.zeros((3 * len(bodies), 2 * len(system.contacts)))
+    for k, contact in enumerate(system.contacts):
+        t = contact.tangent
+        n = np.array([-t[1], t[0]])
+        for name, sign in zip(contact.bodies, (1, -1), strict=True):
+            if name is None:
+                continue
+            at = 3 * bodies.index(name)
+            arm = contact.point - system.bodies[name].center_of_mass
+            for column, direction in ((2 * k, t), (2 * k + 1, n)):
+                moment = arm[0] * direction[1] - arm[1] * direction[0]
+                columns[at : at + 3, column] += sign * np.array([*direction, moment])
+    weights = np.zeros(3 * len(bodies))
+    weights[1::3] = [-system.gravity * body.mass for body in system.bodies.values()]
+    return columns, weights
+
+
+def masses(system):
+    each = [[b.mass, b.mass, b.mass * b.gyration_radius**2] for b in system.bodies.values()]  # fmt: skip
+    return np.concatenate(each)
+
+
+def programme(system, push=None):
+    """Whether forces hold the assembly; with a push, the largest multiple of it that they hold."""
+    columns, weights = equations(system)
+    count = columns.shape[1] // 2
+    cone = np.zeros((2 * count, 2 * count))
+    for k, contact in enumerate(system.contacts):
+        for row, side in ((2 * k, 1), (2 * k + 1, -1)):
+            cone[row, 2 * k], cone[row, 2 * k + 1] = side, -contact.friction
+    bounds = [(None, None), (0, None)] * count
+    cost, equal = np.zeros(2 * count), columns
+    if push is not None:
+        cost, equal = np.append(cost, -1), np.column_stack([columns, push])
+        cone = np.column_stack([cone, np.zeros(2 * count)])
+        bounds = [*bounds, (0, None)]
+    return linprog(
+        cost,
+        A_ub=cone,
+        b_ub=np.zeros(2 * count),
+        A_eq=equal,
+        b_eq=-weights,
+        bounds=bounds,
+        method="highs-ds",
+        options={
+            "primal_feasibility_tolerance": 1e-10,
+            "dual_feasibility_tolerance": 1e-10,
+        },  # fmt: skip
+    )
+
+
+def complementary(A, b):
+    """z ≥ 0 with A z + b ≥ 0 and z·(A z + b) = 0, by the method of Lemke with lexicographic ratios; None if it ends in a ray."""
+    n = len(b)
+    if (b >= 0).all():
+        return np.zeros(n)
+    # w − A z − d z0 = b.
+    tableau = np.column_stack([np.eye(n), -A, -np.ones(n), b]).astype(float)
+    basis = list(range(n))
+    entering = 2 * n
+    for step in range(50 * n):
+        column = tableau[:, entering]
+        if step == 0:
+            row = int(np.argmin(b))
+        else:
+            rows = np.flatnonzero(column > 1e-11)
+            if not len(rows):
+                return None
+            keys = np.column_stack([tableau[rows, -1], tableau[rows, :n]]) / column[rows, None]  # fmt: skip
+            keys = np.round(keys / (1e-11 + np.abs(keys).max(axis=0)), 10)
+            order = np.lexsort(keys.T[::-1])
+            tied = [r for r in rows[order] if abs(tableau[r, -1] / column[r] - tableau[rows[order[0]], -1] / column[rows[order[0]]]) < 1e-11]  # fmt: skip
+            row = next((r for r in tied if basis[r] == 2 * n), rows[order[0]])
+        leaving = basis[row]
+        tableau[row] /= tableau[row, entering]
+        for other in range(n):
+            if other != row:
+                tableau[other] -= tableau[other, entering] * tableau[row]
+        basis[row] = entering
+        if leaving == 2 * n:
+            z = np.zeros(2 * n + 1)
+            z[basis] = tableau[:, -1]
+            return z[n : 2 * n]
+        entering = leaving + n if leaving < n else leaving - n
+    return None
+
+
+def accelerations(system, push):
+    """One solution of the frictional contact problem at rest, (3n,): unknown f_n, the two sides of f_t, and |a_t|."""
+    columns, weights = equations(system)
+    inverse = 1 / masses(system)
+    T, N = columns[:, ::2].T, columns[:, 1::2].T
+    W = columns.T @ (inverse[:, None] * columns)
+    free = inverse * (weights + push)
+    k = len(N)
+    mu = np.diag([contact.friction for contact in system.contacts])
+    Wn, Wt, Wnt = W[1::2, 1::2], W[::2, ::2], W[1::2, ::2]
+    one, zero = np.eye(k), np.zeros((k, k))
+    A = np.block(
+        [
+            [Wn, Wnt, -Wnt, zero],
+            [Wnt.T, Wt, -Wt, one],
+            [-Wnt.T, -Wt, Wt, one],
+            [mu, -one, -one, zero],
+        ]
+    )
+    b = np.concatenate([N @ free, T @ free, -T @ free, np.zeros(k)])
+    z = complementary(A, b)
+    if z is None:
+        return None
+    forces = np.zeros(2 * k)
+    forces[1::2], forces[::2] = z[:k], z[k : 2 * k] - z[2 * k : 3 * k]
+    return inverse * (weights + push + columns @ forces)
+
+
+# Scenes.
+
+
+def stack(rng):
+    """A tower, two towers with a beam, or a running bond."""
+    kind = rng.integers(3)
+    if kind == 0:
+        bodies, y = [], 0.0
+        for _ in range(rng.integers(1, 5)):
+            w, h = rng.uniform(0.4, 1.5), rng.uniform(0.2, 1.0)
+            bodies.append(sf.Block(w, h, at=(rng.uniform(-0.4, 0.4), y)))
+            y += h
+    elif kind == 1:
+        h = rng.uniform(0.3, 1)
+        bodies = [sf.Block(0.4, h, at=(0, 0)), sf.Block(0.5, h, at=(1.1, 0))]
+        bodies.append(sf.Block(1.5, 0.25, at=(rng.uniform(0.4, 0.8), h)))
+        if rng.random() < 0.5:
+            bodies.append(sf.Block(0.3, 0.4, at=(rng.uniform(0.2, 1), h + 0.25)))
+    else:
+        bodies = [sf.Block(1, 0.4, at=(0.5 + k, 0)) for k in range(2)]
+        shift = rng.uniform(0.2, 0.8)
+        bodies += [sf.Block(1, 0.4, at=(k + shift, 0.4)) for k in range(2)]  # fmt: skip
+    return sf.System(bodies, friction=rng.uniform(0.1, 0.9))
+
+
+def arch(n, thickness, friction=0.9):
+    """A round arch of n voussoirs, its middle line of radius 1 m."""
+    angles = np.linspace(0, np.pi, n + 1)
+    low, high = 1 - thickness / 2, 1 + thickness / 2
+    at = lambda r, a: (r * np.cos(a), r * np.sin(a))  # noqa: E731
+    return sf.System(
+        [
+            sf.Rigid.polygon([at(low, a), at(high, a), at(high, b), at(low, b)])
+            for a, b in pairwise(angles)
+        ],
+        friction=friction,
+    )
+
+
+def stands(system):
+    return sf.stability(system).equilibrium
+
+
+# Contacts.
+
+
+def places(system):
+    return [(*c.bodies, *c.point.round(12).tolist()) for c in system.contacts]
+
+
+def test_contacts_of_flush_sides_of_corners_and_of_the_ground():
+    system = sf.System({"low": sf.Block(1, 1), "high": sf.Block(1, 1, at=(0.3, 1))})
+    assert places(system) == [
+        ("low", None, -0.5, 0),
+        ("low", None, 0.5, 0),
+        ("high", "low", -0.2, 1),
+        ("high", "low", 0.5, 1),
+    ]
+    # Side by side: a vertical joint, pushed to the right on the later one.
+    beside = sf.System([sf.Block(1, 1), sf.Block(1, 1, at=(1, 0))])
+    assert places(beside)[2:4] == [("2", "1", 0.5, 1), ("2", "1", 0.5, 0)]
+    assert beside.contacts[2].tangent == pytest.approx([0, -1])
+    # On its corner, on a slope; a corner on a corner is no contact.
+    corner = sf.System([sf.Block(1, 1, at=(0, np.sqrt(0.125)), turn=np.pi / 4)])
+    assert places(corner)[0][1] is None
+    assert len(corner.contacts) == 1
+    slope = [(-5, -1), (5, 1)]
+    block = sf.System([sf.Block(1, 1, turn=np.arctan(0.2))], ground=slope)
+    assert [c.slope for c in block.contacts] == pytest.approx([np.arctan(0.2)] * 2)
+    diagonal = sf.System([sf.Block(1, 1), sf.Block(1, 1, at=(1, 1))])
+    assert len(diagonal.contacts) == 2
+    # A body in a trough touches its three sides.
+    trough = [(-1, 1), (-0.5, 1), (-0.5, 0), (0.5, 0), (0.5, 1), (1, 1)]
+    assert len(sf.System([sf.Block(1, 1)], ground=trough).contacts) == 6
+    assert sf.System([sf.Block(1, 1)], ground=None).contacts == []
+
+
+def test_polygons_in_either_direction_and_their_inertia():
+    corners = [(0, 0), (2, 0), (2, 1), (0, 1)]
+    one, two = sf.Rigid.polygon(corners), sf.Rigid.polygon(corners[::-1])
+    block = sf.Block(2, 1, at=(1, 0))
+    for body in (one, two):
+        assert body.mass == pytest.approx(block.mass)
+        assert body.gyration_radius == pytest.approx(block.gyration_radius)
+        assert body.center_of_mass == pytest.approx(block.center_of_mass)
+    assert two.outline.tolist() == [[0, 0], [2, 0], [2, 1], [0, 1]]
+
+
+def test_friction_of_bodies():
+    low, high = sf.Block(1, 1, friction=0.3), sf.Block(1, 1, at=(0, 1), friction=0.2)
+    system = sf.System([low, high, sf.Block(1, 1, at=(0, 2))], friction=0.7)
+    assert [c.friction for c in system.contacts] == [0.3, 0.3, 0.2, 0.2, 0.2, 0.2]
+
+
+def test_given_contacts_and_copies():
+    found = sf.System({"a": sf.Block(1, 1), "b": sf.Block(1, 1, at=(0, 1))})
+    given = sf.System(found.bodies, contacts=found.contacts)
+    assert given.contacts == found.contacts
+    assert given.mechanism == found.mechanism
+    assert (
+        given != found
+    )  # those of the one are looked for again where its bodies change
+    line = sf.System([sf.Block(1, 1)], ground=[(-2, 0), (2, 0)])
+    for system in (found, given, line, sf.System([sf.Block(1, 1)], ground=None)):
+        assert pickle.loads(pickle.dumps(system)) == system
+        assert copy.deepcopy(system) == system
+    for part in (found.bodies["a"], found.contacts[0], sf.load_factor(found, {"b": (1, 0, 0)})):  # fmt: skip
+        if not isinstance(part, sf.LoadFactor):
+            assert pickle.loads(pickle.dumps(part)) == part
+
+
+def test_a_system_is_its_mechanism_with_names():
+    system = sf.System({"low": sf.Block(1, 1), "high": sf.Block(1, 1, at=(0.3, 1))})
+    mechanism = system.mechanism
+    assert mechanism.contact_names == system.contact_names
+    assert mechanism.coordinate_names[3:] == ["high.x", "high.y", "high.theta"]
+    assert sf.contact_modes(system).consistent == sf.contact_modes(mechanism).consistent
+    assert sf.stability(system) == sf.stability(mechanism)
+    assert sf.friction_margin([system, mechanism]).tolist() == [1, 1]
+    columns, weights = equations(system)
+    assert mechanism.load == pytest.approx(weights)
+    rows = [row for c in mechanism.contacts for row in (c.tangential, c.normal)]
+    assert np.array(rows).T == pytest.approx(columns)
+    assert "high on low at (0.5, 1)" in str(sf.contact_modes(system))
+
+
+# Statics and accelerations.
+
+
+def test_random_stacks_stand_where_a_linear_programme_says_so():
+    rng, held = np.random.default_rng(1), 0
+    for _ in range(400):
+        system = stack(rng)
+        expected = programme(system).status == 0
+        assert stands(system) == expected
+        held += expected
+    assert 150 < held < 390
+
+
+def test_random_loads_reach_the_factor_of_a_linear_programme():
+    rng, bounded = np.random.default_rng(2), 0
+    for _ in range(400):
+        system = stack(rng)
+        name = str(rng.choice(list(system.bodies)))
+        at = 3 * list(system.bodies).index(name)
+        push = np.zeros(system.mechanism.dof)
+        if rng.random() < 0.5:
+            wrench = rng.normal(size=3)
+            push[at : at + 3] = wrench
+            found = sf.load_factor(system, {name: wrench})
+        else:
+            direction = rng.normal(size=2)
+            push[0::3] = masses(system)[0::3] * direction[0]
+            push[1::3] = masses(system)[1::3] * direction[1]
+            found = sf.load_factor(system, acceleration=direction)
+        expected = programme(system, push)
+        if expected.status == 2:
+            assert found is None
+            continue
+        if expected.status == 3:
+            assert found.static == np.inf
+            continue
+        assert found.static == pytest.approx(-expected.fun, rel=1e-9, abs=1e-9)
+        columns, weights = equations(system)
+        left = columns @ found.forces.ravel() + weights + found.static * push
+        assert np.abs(left).max() < 1e-9 * max(1, np.abs(weights).max(), found.static)
+        bounded += 1
+    assert bounded > 150
+
+
+def test_random_stacks_accelerate_as_an_own_solver_says():
+    rng, moving, ambiguous = np.random.default_rng(3), 0, 0
+    for _ in range(300):
+        system = stack(rng)
+        push = np.zeros(system.mechanism.dof)
+        push[0::3] = masses(system)[0::3] * rng.uniform(-1, 1) * G
+        mechanism = system.mechanism
+        pushed = sf.Mechanism(mechanism.mass_matrix, mechanism.load + push, mechanism.contacts)  # fmt: skip
+        expected = accelerations(system, push)
+        modes = sf.contact_modes(pushed)
+        if expected is None:
+            continue
+        found = [modes[word].acceleration for word in modes.consistent]
+        assert found
+        nearest = min(np.abs(a - expected).max() for a in found)
+        scale = max(1.0, np.abs(expected).max())
+        if nearest > 1e-9 * scale:
+            # Another solution than the one that was found: the problem is ambiguous. Enumeration has both.
+            modes = sf.contact_modes(pushed, method="enumerate")
+            found = [modes[word].acceleration for word in modes.consistent]
+            assert min(np.abs(a - expected).max() for a in found) < 1e-9 * scale
+            ambiguous += 1
+        moving += bool(np.abs(expected).max() > 1e-6)
+    assert moving > 150
+    assert ambiguous < 10
+
+
+def test_least_thickness_of_arches():
+    """By bisection, beside that of the linear programme; 5, 9 and 15 voussoirs: .09498, .10153, .10607 of the radius."""
+    for n, known in ((5, 0.09498), (9, 0.10153), (15, 0.10607)):
+        found = []
+        for test in (stands, lambda system: programme(system).status == 0):
+            low, high = 0.05, 0.2
+            while high - low > 1e-7:
+                middle = 0.5 * (low + high)
+                low, high = (low, middle) if test(arch(n, middle)) else (middle, high)
+            found.append(high)
+        assert found[0] == pytest.approx(found[1], abs=1e-6)
+        assert found[0] == pytest.approx(known, abs=1e-5)
+
+
+def test_a_thin_arch_opens_five_hinges():
+    for n in (5, 9, 15):
+        system = arch(n, 0.08)
+        modes = sf.contact_modes(system)
+        (word,) = modes.consistent
+        opening = [c for c, letter in zip(system.contacts, word, strict=True) if letter == "S"]  # fmt: skip
+        assert set(word) == {"S", "F"}
+        # The joints: of an even number of symmetric ones, the two beside the keystone are one hinge that is split.
+        joints = {c.bodies for c in opening}
+        assert len(joints) == len(opening) == 6
+
+
+def test_overhang_of_books():
+    """Each book as far as it goes: 1/2, 1/4, 1/6, … of its length over the one below it."""
+    for count in (2, 3, 5):
+        reach = [0.5 / k for k in range(1, count)]
+        for more, expected in ((-1e-9, True), (1e-9, False)):
+            x = [0.0]
+            for step in reversed(reach):
+                x.append(x[-1] + step)
+            x[1:] = [value + more * value / x[-1] for value in x[1:]]
+            books = [sf.Block(1, 0.1, at=(at, 0.1 * k)) for k, at in enumerate(x)]
+            assert stands(sf.System(books)) == expected
+
+
+def test_a_load_that_tips_and_one_that_slides():
+    for width, friction, expected in ((2, 0.5, 0.5), (0.5, 0.9, 0.5), (0.5, 0.3, 0.3)):
+        brick = sf.System([sf.Block(width, 1)], friction=friction)
+        found = sf.load_factor(brick, acceleration=(G, 0))
+        assert found.static == pytest.approx(expected, abs=1e-12)
+    # Downwards there is no bound; a body in the air is not held.
+    assert sf.load_factor(brick, acceleration=(0, -1)).static == np.inf
+    assert sf.load_factor(sf.System([sf.Block(1, 1, at=(0, 1))]), {"1": (1, 0, 0)}) is None  # fmt: skip
+
+
+def test_dropped_stacks_come_to_rest():
+    rng = np.random.default_rng(5)
+    for law in ("newton", "moreau"):
+        for _ in range(8):
+            blocks = [sf.Block(1, 0.6, at=(rng.uniform(-0.1, 0.1), 0.6 * k)) for k in range(3)]  # fmt: skip
+            system = sf.System(blocks, friction=0.4, restitution=0.3)
+            q = np.zeros(9)
+            q[1::3] = np.cumsum(rng.uniform(0, 1e-3, 3))
+            run = sf.simulate(system, q=q, qdot=np.zeros(9), impact=law, event_limit=200_000)  # fmt: skip
+            assert run.outcome == "rest"
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: sf.System([]), "bodies = .* one or more bodies"),
+        (lambda: sf.System(sf.Block(1, 1)), "bodies = .* a dict"),
+        (lambda: sf.System([1]), r"bodies\.1 = 1 .* a Rigid, or a Block"),
+        (
+            lambda: sf.System({"a": sf.Block(1, 1), "b": sf.Block(1, 1, at=(0.5, 0.5))}),
+            'bodies = ."b" overlaps "a".',
+        ),
+        (lambda: sf.System([sf.Block(1, 1), sf.Block(1, 1)]), 'bodies = ."2" overlaps "1".'),
+        (
+            lambda: sf.System([sf.Block(1, 1, at=(0, -0.1))]),
+            'bodies = ."1" overlaps "the ground".',
+        ),
+        (lambda: sf.Block(1, -1), "height = -1"),
+        (lambda: sf.Block(1, 1, density=0), "density = 0"),
+        (lambda: sf.Rigid.polygon([(0, 0), (1, 0)]), "vertices = .* 3 or more"),
+        (lambda: sf.System([sf.Block(1, 1)], friction=-1), "friction = -1"),
+        (lambda: sf.System([sf.Block(1, 1)], ground=[(0, 0)]), "ground = .* two or more"),
+        (
+            lambda: sf.System(
+                [sf.Block(1, 1)], contacts=[sf.SystemContact("2", None, (0, 0))]
+            ),
+            r'contacts\.1\.body = "2" .* a body of the system: 1',
+        ),
+        (
+            lambda: sf.System([sf.Block(1, 1)], contacts=["x"]),
+            r"contacts\.1 = 'x' .* a SystemContact",
+        ),
+        (
+            lambda: sf.contact_modes(sf.System([sf.Block(1, 1, at=(0, 2))])),
+            "contacts = .0 contacts. .* 1 to 64 contacts",
+        ),
+        (
+            lambda: sf.stability(
+                sf.System([sf.Block(1, 1, at=(0, k)) for k in range(40)])
+            ),
+            "contacts = .80 contacts.",
+        ),
+        (lambda: sf.load_factor(sf.System([sf.Block(1, 1)])), "load = None .* either"),
+        (
+            lambda: sf.load_factor(sf.System([sf.Block(1, 1)]), {"2": (1, 0, 0)}),
+            'load = "2" .* a body of the system: 1',
+        ),
+        (
+            lambda: sf.load_factor(sf.System([sf.Block(1, 1)]), {"1": (0, 0, 0)}),
+            "load = zero",
+        ),
+    ],
+)  # fmt: skip
+def test_wrong_input_is_named(make, message):
+    with pytest.raises((ValueError, TypeError), match=message):
+        make()
