@@ -66,7 +66,7 @@ def programme(system, push=None):
         options={
             "primal_feasibility_tolerance": 1e-10,
             "dual_feasibility_tolerance": 1e-10,
-        },  # fmt: skip
+        },
     )
 
 

@@ -207,6 +207,11 @@ pub(crate) const UNIT_TANGENT: f64 = 1e-12;
 #[cfg(feature = "qp")]
 pub(crate) const QP_ZERO: [f64; 3] = [0.0, 1e-6, 1e-4];
 
+/// Accelerations below which a solution found by pivoting counts as zero; they are tried in this order. Unit: load. Pivots leave rounding errors.
+/// Range: 0 to 1e-6.
+#[cfg(feature = "qp")]
+pub(crate) const PIVOTED_ZERO: [f64; 3] = [1e-13, 1e-11, 1e-8];
+
 /// Accuracies that Clarabel is asked for, tried in this order. Only the active edges of the cones are needed, and a rough solution shows
 /// them in most cases. Range: 1e-10 to 1e-3.
 #[cfg(feature = "qp")]

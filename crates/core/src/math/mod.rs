@@ -9,6 +9,7 @@ pub(crate) mod collocation;
 pub(crate) mod extents;
 pub(crate) mod interval;
 pub(crate) mod least_distance;
+pub(crate) mod lemke;
 pub(crate) mod mass_vector;
 pub(crate) mod orientation;
 pub(crate) mod orthonormal;
