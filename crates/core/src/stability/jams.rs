@@ -114,6 +114,11 @@ pub(super) fn no_motion(mechanism: &Mechanism, width: f64) -> Option<NoMotion> {
     Sliding::of(mechanism, width)?.all().next().map(|(_, start)| start)
 }
 
+/// A start at which these contacts slide in these directions (those with friction), and all others are in the air; `None` if there is none.
+pub(super) fn no_motion_of(mechanism: &Mechanism, slides: &[(usize, f64)]) -> Option<NoMotion> {
+    Sliding::of(mechanism, 0.0)?.start(slides)
+}
+
 fn letters(slides: &[(usize, f64)]) -> Word {
     let mode = |way: f64| if way > 0.0 { Mode::Right } else { Mode::Left };
     let letters = slides.iter().enumerate();
@@ -228,7 +233,8 @@ impl<'a> Sliding<'a> {
         })
     }
 
-    /// A velocity with which these contacts slide in these directions. Of two contacts of a rigid body one slide determines the other.
+    /// A velocity with which these contacts slide in these directions. Of two contacts of a rigid body one slide determines the other; of more
+    /// contacts those without friction may slide as they like.
     fn moved(&self, slides: &[(usize, f64)]) -> Option<Coordinates> {
         let space = self.mechanism.contact_space();
         let rows: Vec<&Coordinates> = slides
@@ -241,10 +247,33 @@ impl<'a> Sliding<'a> {
         if let Some(moved) = with_products(&rows, &speeds) {
             return Some(moved);
         }
+        if slides.len() > 2 {
+            return self.moved_somehow(slides);
+        }
         let all = rows.len();
         let moved = with_products(&rows[..all - 1], &speeds[..all - 1])?;
         let (other, side) = slides.last()?;
         (space.tangent(*other).dot(&moved) * side > 0.0).then_some(moved)
+    }
+
+    /// The same with slides of at least this speed, by a linear programme: the velocity as the difference of two vectors, and the rest of each slide as
+    /// a slack.
+    fn moved_somehow(&self, slides: &[(usize, f64)]) -> Option<Coordinates> {
+        let space = self.mechanism.contact_space();
+        let rubs = slides.iter().filter(|(i, _)| self.mechanism.contacts()[*i].friction > 0.0);
+        let rubs: Vec<&(usize, f64)> = rubs.collect();
+        let row = |row: &Coordinates, side: f64, slack: Option<usize>| -> Vec<f64> {
+            let own = row.iter().map(|x| side * x);
+            let slacks = (0..rubs.len()).map(|j| if slack == Some(j) { -1.0 } else { 0.0 });
+            own.chain(row.iter().map(|x| -side * x)).chain(slacks).collect()
+        };
+        let closed = slides.iter().map(|(i, _)| (row(space.normal_row(*i), 1.0, None), 0.0));
+        let slips = rubs.iter().enumerate();
+        let slips = slips.map(|(j, (i, side))| (row(space.tangent(*i), *side, Some(j)), 1.0));
+        let rows: Vec<(Vec<f64>, f64)> = closed.chain(slips).collect();
+        let found = maximise(&rows, &vec![0.0; rows[0].0.len()])?;
+        let r = space.pull().len();
+        Some(Coordinates::from_iter((0..r).map(|k| SMALL * (found[k] - found[r + k]))))
     }
 }
 
