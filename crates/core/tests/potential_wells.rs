@@ -1,5 +1,12 @@
 //! Bodies in a potential well: stacks of boxes.
 
+#[path = "../src/math/random.rs"]
+#[allow(dead_code, unreachable_pub, reason = "the tests use a part of it")]
+mod random;
+
+use std::collections::BTreeMap;
+
+use random::Random;
 use standfast::body::{ContactRows, Mechanism, MechanismFields};
 use standfast::simulate::simulate_mechanism;
 use standfast::stability::{
@@ -8,14 +15,14 @@ use standfast::stability::{
 use standfast::{Impact, Options, Outcome};
 
 const G: f64 = 9.81;
+static OUT: std::sync::Mutex<BTreeMap<String, usize>> = std::sync::Mutex::new(BTreeMap::new());
 
-/// A box by its width, height, middle, bottom, and mass.
+/// A box by its width, height, middle, and mass.
 #[derive(Debug, Clone, Copy)]
 struct Block {
     w: f64,
     h: f64,
     x: f64,
-    y: f64,
     mass: f64,
 }
 
@@ -67,7 +74,7 @@ fn assembly(blocks: &[Block], touches: &[Touch], e: f64) -> Mechanism {
 
 /// A tower of boxes (w, h, middle) of density 1, with the friction of each interface.
 fn tower(boxes: &[(f64, f64, f64)], friction: &[f64], e: f64) -> Mechanism {
-    let (mut blocks, mut touches, mut y) = (Vec::<Block>::new(), Vec::new(), 0.0);
+    let (mut blocks, mut touches) = (Vec::<Block>::new(), Vec::new());
     for (b, &(w, h, x)) in boxes.iter().enumerate() {
         let (mut left, mut right) = (x - 0.5 * w, x + 0.5 * w);
         if let Some(below) = blocks.last() {
@@ -75,8 +82,7 @@ fn tower(boxes: &[(f64, f64, f64)], friction: &[f64], e: f64) -> Mechanism {
             right = right.min(below.x + 0.5 * below.w);
         }
         touches.extend([left, right].map(|at| (b, b.checked_sub(1), at, friction[b])));
-        blocks.push(Block { w, h, x, y, mass: w * h });
-        y += h;
+        blocks.push(Block { w, h, x, mass: w * h });
     }
     assembly(&blocks, &touches, e)
 }
@@ -141,7 +147,6 @@ fn a_tower_of_equal_boxes_jams_from_the_friction_of_the_closed_form_on() {
             let case = format!("{n} {ratio} {side} {:?}", found.evidence);
             if side < 0.0 {
                 assert!(["potential-well", "jam", "many"].contains(&word(&found)), "{case}");
-                println!("{n} {ratio} {}", word(&found));
                 continue;
             }
             assert_eq!(word(&found), "no-solution", "{case}");
@@ -150,4 +155,246 @@ fn a_tower_of_equal_boxes_jams_from_the_friction_of_the_closed_form_on() {
             assert_eq!(run.unwrap().outcome(), Outcome::Inconsistent, "{case}");
         }
     }
+}
+
+/// A beam on two pillars.
+fn bridge(beam: f64, friction: f64, e: f64) -> Mechanism {
+    let box_of = |w: f64, h: f64, x: f64| Block { w, h, x, mass: w * h };
+    let blocks = [box_of(0.4, 0.8, 0.0), box_of(0.5, 0.8, 1.1), box_of(1.5, 0.25, beam)];
+    let at = |on, under, x| (on, under, x, friction);
+    let ground = [at(0, None, -0.2), at(0, None, 0.2), at(1, None, 0.85), at(1, None, 1.35)];
+    let left = beam - 0.75;
+    let top = [(0, left), (0, 0.2), (1, 0.85), (1, beam + 0.75)].map(|(b, x)| at(2, Some(b), x));
+    assembly(&blocks, &[ground, top].concat(), e)
+}
+
+#[test]
+fn a_beam_on_two_pillars_stands() {
+    let found = verdict(&bridge(0.6, 0.3, 0.3));
+    assert_eq!(word(&found), "potential-well", "{found:?}");
+    near(
+        &largest(&found),
+        &[
+            3.179_053_125,
+            3.968_784_782_608_7,
+            4.721_062_5,
+            3.801_375,
+            1.839_375,
+            2.399_184_782_608_7,
+            2.759_062_5,
+            1.839_375,
+        ],
+    );
+}
+
+#[test]
+fn a_box_exactly_over_the_edge_turns_and_beyond_it_falls() {
+    let overhang = |x| tower(&[(1.0, 0.5, 0.0), (1.0, 0.5, x)], &[0.4; 2], 0.3);
+    let found = verdict(&overhang(0.5));
+    assert_eq!((word(&found), found.delicate), ("boundary", true));
+    let found = exact(&overhang(0.5));
+    assert_eq!(word(&found), "accelerating-mode", "{found:?}");
+    let Some(Evidence::Motion { velocity, word: letters }) = &found.evidence else { panic!() };
+    assert_eq!(letters.to_string(), "FFSF");
+    let kick: Vec<f64> = velocity.iter().map(|v| 0.01 * v).collect();
+    let limit = Options { time_limit: Some(100.0), ..Options::default() };
+    let run = simulate_mechanism(&overhang(0.5), &[0.0; 6], &kick, &limit).unwrap();
+    assert_eq!(run.outcome(), Outcome::TimeLimit);
+    assert_eq!(word(&verdict(&overhang(0.499))), "potential-well");
+    assert_eq!(word(&verdict(&overhang(0.501))), "not-equilibrium");
+    let three = tower(&[(1.0, 0.5, 0.0), (1.0, 0.5, 0.35), (1.0, 0.5, 0.7)], &[0.6; 3], 0.3);
+    assert_eq!(word(&verdict(&three)), "not-equilibrium");
+}
+
+#[test]
+fn a_level_without_friction_is_slid_along_for_ever() {
+    for smooth in 0..2 {
+        let mut friction = [0.4; 2];
+        friction[smooth] = 0.0;
+        let stack = tower(&[(1.0, 1.0, 0.0), (0.8, 0.7, 0.1)], &friction, 0.3);
+        let found = verdict(&stack);
+        assert_eq!(word(&found), "accelerating-mode", "{found:?}");
+        let Some(Evidence::Motion { velocity, .. }) = &found.evidence else { panic!() };
+        let limit = Options { time_limit: Some(100.0), ..Options::default() };
+        let run = simulate_mechanism(&stack, &[0.0; 6], velocity, &limit).unwrap();
+        assert_eq!(run.outcome(), Outcome::TimeLimit);
+    }
+    // One of two contacts with friction that always bears is enough.
+    let mut fields = tower(&[(1.0, 1.0, 0.0), (0.8, 0.7, 0.1)], &[0.3; 2], 0.3).fields().clone();
+    fields.contacts[0].friction = 0.0;
+    let found = verdict(&Mechanism::new(fields.clone()).unwrap());
+    assert_eq!(word(&found), "potential-well", "{found:?}");
+    // Another law of impact, and different restitutions, are not proved.
+    fields.contacts[1].tangential_restitution = 0.0;
+    assert_eq!(word(&verdict(&Mechanism::new(fields).unwrap())), "law");
+}
+
+/// Kicks of a stable assembly end at rest, under the laws of the verdict.
+fn comes_to_rest(mechanism: &Mechanism, found: &Verdict, random: &mut Random, case: &str) -> usize {
+    let mut ends = 0;
+    let n = mechanism.dof();
+    let bounds = largest(found);
+    for &impact in &found.laws {
+        for _ in 0..2 {
+            let kick: Vec<f64> = (0..n).map(|_| 1e-3 * random.between(-1.0, 1.0)).collect();
+            let energy = mechanism.energy(&vec![0.0; n], &kick);
+            let options = Options { impact, event_limit: 2000, ..Options::default() };
+            let run = simulate_mechanism(mechanism, &vec![0.0; n], &kick, &options).unwrap();
+            let outcome = run.outcome();
+            // Where several modes are consistent a run ends; the theorem is about all motions.
+            let allowed = [Outcome::Rest, Outcome::EventLimit, Outcome::Ambiguous];
+            assert!(allowed.contains(&outcome), "{case}: {outcome:?} {kick:?}");
+            ends += usize::from(outcome == Outcome::Rest);
+            *OUT.lock().unwrap().entry(format!("{outcome:?}")).or_insert(0) += 1;
+            let [q, qdot] = run.coordinates().unwrap();
+            for (contact, bound) in mechanism.contacts().iter().zip(&bounds) {
+                let gap: f64 = contact.normal.iter().zip(&q).map(|(a, b)| a * b).sum();
+                assert!(gap * bound <= energy * (1.0 + 1e-9), "{case}: {gap} {bound} {energy}");
+            }
+            assert!(mechanism.energy(&q, &qdot) <= energy * (1.0 + 1e-9), "{case}");
+        }
+    }
+    ends
+}
+
+/// What a verdict claims is seen in runs.
+fn is_seen(mechanism: &Mechanism, found: &Verdict, random: &mut Random, case: &str) -> usize {
+    match (found.by, &found.evidence) {
+        (Some(Argument::PotentialWell), _) => return comes_to_rest(mechanism, found, random, case),
+        (Some(Argument::NoSolution), Some(Evidence::NoMotion(start))) => {
+            let run = simulate_mechanism(mechanism, &start.q, &start.qdot, &Options::default());
+            assert_eq!(run.unwrap().outcome(), Outcome::Inconsistent, "{case}");
+        }
+        (Some(Argument::AcceleratingMode), Some(Evidence::Motion { velocity, .. })) => {
+            let limit = Options { time_limit: Some(10.0), ..Options::default() };
+            let still = vec![0.0; mechanism.dof()];
+            let run = simulate_mechanism(mechanism, &still, velocity, &limit).unwrap();
+            assert_eq!(run.outcome(), Outcome::TimeLimit, "{case}");
+        }
+        _ => {}
+    }
+    0
+}
+
+#[test]
+fn random_towers() {
+    let t0 = std::time::Instant::now();
+    let mut random = Random(1);
+    let (mut counts, mut ends) = (BTreeMap::new(), 0);
+    for case in 0..200 {
+        let n = 2 + case % 2;
+        let mut at = 0.0;
+        let boxes: Vec<(f64, f64, f64)> = (0..n)
+            .map(|_| {
+                at += random.between(-0.25, 0.25);
+                (random.between(0.4, 1.2), random.between(0.3, 1.0), at)
+            })
+            .collect();
+        let friction: Vec<f64> = (0..n).map(|_| random.between(0.1, 0.9)).collect();
+        let e = [0.0, 0.3, 0.7][case % 3];
+        let stack = tower(&boxes, &friction, e);
+        let found = verdict(&stack);
+        let text = format!("{case} {boxes:?} {friction:?} {e} {:?}", found.evidence);
+        ends += is_seen(&stack, &found, &mut random, &text);
+        *counts.entry(word(&found)).or_insert(0) += 1;
+        // The bodies above an interface have their common centre of mass over it.
+        let carried = (0..n).all(|k| {
+            let weight = |b: usize| boxes[b].0 * boxes[b].1;
+            let mass: f64 = (k..n).map(weight).sum();
+            let center = (k..n).map(|b| weight(b) * boxes[b].2).sum::<f64>() / mass;
+            let [low, high] = [0, 1].map(|side| {
+                let row = &stack.contacts()[2 * k + side].normal;
+                boxes[k].2 + row[3 * k + 2]
+            });
+            low < center && center < high
+        });
+        assert_eq!(found.equilibrium.holds, carried, "{text}");
+        assert_eq!(word(&found) == "not-equilibrium", !carried, "{text}");
+        if carried {
+            assert!(found.frictional_stability != Stability::Undecided, "{text}");
+        }
+    }
+    println!("{counts:?} {ends} {:?}", OUT.lock().unwrap());
+    println!("{:?}", t0.elapsed());
+}
+
+#[test]
+fn random_bridges() {
+    let t0 = std::time::Instant::now();
+    let mut random = Random(2);
+    let (mut counts, mut ends) = (BTreeMap::new(), 0);
+    for case in 0..40 {
+        let e = [0.0, 0.3, 0.7][case % 3];
+        let (beam, friction) = (random.between(0.3, 0.9), random.between(0.1, 0.9));
+        let mechanism = bridge(beam, friction, e);
+        let t1 = std::time::Instant::now();
+        let found = verdict(&mechanism);
+        if t1.elapsed().as_secs_f64() > 0.3 { println!("slow {case} {} {:?}", word(&found), t1.elapsed()); }
+        let text = format!("{case} {beam} {friction} {e} {:?}", found.evidence);
+        ends += is_seen(&mechanism, &found, &mut random, &text);
+        *counts.entry(word(&found)).or_insert(0) += 1;
+    }
+    println!("{counts:?} {ends} {:?}", OUT.lock().unwrap());
+    println!("{:?}", t0.elapsed());
+}
+
+/// A mechanism with random rows, whose contacts carry the load without friction.
+fn frozen(random: &mut Random, dof: usize, contacts: usize, level: usize, e: f64) -> Mechanism {
+    let mut row = |from: usize| -> Vec<f64> {
+        (0..dof).map(|k| if k < from { 0.0 } else { random.between(-1.0, 1.0) }).collect()
+    };
+    let rows: Vec<[Vec<f64>; 2]> = (0..contacts)
+        .map(|i| {
+            let (normal, mut tangential) = (row(level), row(level));
+            if level > 0 {
+                tangential[i % level] = 1.0;
+            }
+            [normal, tangential]
+        })
+        .collect();
+    let mut load = vec![0.0; dof];
+    for [normal, _] in &rows {
+        let force = random.between(0.2, 2.0);
+        load.iter_mut().zip(normal).for_each(|(sum, x)| *sum -= force * x);
+    }
+    let friction = random.between(0.05, 0.6);
+    Mechanism::new(MechanismFields {
+        mass_matrix: (0..dof)
+            .map(|i| (0..dof).map(|j| if i == j { 1.0 + 0.3 * i as f64 } else { 0.1 }).collect())
+            .collect(),
+        load,
+        contacts: rows
+            .into_iter()
+            .map(|[normal, tangential]| ContactRows {
+                normal,
+                tangential,
+                friction,
+                tangential_restitution: e,
+                ..ContactRows::default()
+            })
+            .collect(),
+        restitution: e,
+        ..MechanismFields::default()
+    })
+    .unwrap()
+}
+
+#[test]
+fn random_rows() {
+    let t0 = std::time::Instant::now();
+    let mut random = Random(3);
+    let (mut counts, mut ends) = (BTreeMap::new(), 0);
+    for case in 0..300 {
+        let e = [0.0, 0.3, 0.7][case % 3];
+        let (dof, contacts, level) = [(4, 5, 0), (5, 6, 0), (5, 4, 1), (6, 5, 2)][case % 4];
+        let mechanism = frozen(&mut random, dof, contacts, level, e);
+        let t1 = std::time::Instant::now();
+        let found = verdict(&mechanism);
+        if t1.elapsed().as_secs_f64() > 0.3 { println!("slow {case} {} {:?}", word(&found), t1.elapsed()); }
+        let text = format!("{case} {:?} {:?}", mechanism.fields(), found.evidence);
+        ends += is_seen(&mechanism, &found, &mut random, &text);
+        *counts.entry((level, word(&found))).or_insert(0) += 1;
+    }
+    println!("{counts:?} {ends} {:?}", OUT.lock().unwrap());
+    println!("{:?}", t0.elapsed());
 }

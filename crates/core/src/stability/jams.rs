@@ -15,12 +15,12 @@ use serde::{Deserialize, Serialize};
 use crate::body::{Mechanism, Posture, PostureFields, ROUGHEST_CONTACT};
 use crate::error::Error;
 use crate::math::interval::Interval;
-use crate::math::mass_vector::{Coordinates, MassVector, with_products};
+use crate::math::mass_vector::{Coordinates, MassVector, independent, with_products};
 use crate::math::real::Enclosed;
 use crate::math::simplex::maximise;
 use crate::modes::{Mode, Word};
 use crate::outcome::ContactNumber;
-use crate::tolerance::SAME_ROOT;
+use crate::tolerance::{DEPENDENT_ROW, SAME_ROOT};
 use crate::verified::rows::{EnclosedRows, dot};
 
 type I = Interval;
@@ -215,7 +215,11 @@ impl<'a> Sliding<'a> {
         let found = maximise(&apart, &vec![0.0; apart[0].0.len()])?;
         let r = space.normal_row(0).len();
         let placed = (0..r).map(|k| SMALL * SMALL * (found[k] - found[r + k]));
-        let placed = mechanism.coordinates(&Coordinates::from_iter(placed));
+        let mut placed = Coordinates::from_iter(placed);
+        if slides.len() > 2 {
+            placed = self.without_gaps(slides, placed);
+        }
+        let placed = mechanism.coordinates(&placed);
         let stiffness = match slides {
             [(i, side)] => Some(
                 space.normal(*i, *i)
@@ -273,7 +277,18 @@ impl<'a> Sliding<'a> {
         let rows: Vec<(Vec<f64>, f64)> = closed.chain(slips).collect();
         let found = maximise(&rows, &vec![0.0; rows[0].0.len()])?;
         let r = space.pull().len();
-        Some(Coordinates::from_iter((0..r).map(|k| SMALL * (found[k] - found[r + k]))))
+        let moved = Coordinates::from_iter((0..r).map(|k| SMALL * (found[k] - found[r + k])));
+        Some(self.without_gaps(slides, moved))
+    }
+
+    /// Without the rounding errors of the gaps, or rates, of contacts that are closed.
+    fn without_gaps(&self, slides: &[(usize, f64)], mut along: Coordinates) -> Coordinates {
+        let space = self.mechanism.contact_space();
+        let rows: Vec<&Coordinates> = slides.iter().map(|(i, _)| space.normal_row(*i)).collect();
+        for (k, axis) in &independent(&rows, DEPENDENT_ROW) {
+            along.add_scaled(axis, -rows[*k].dot(&along) / rows[*k].dot(axis));
+        }
+        along
     }
 }
 

@@ -26,8 +26,12 @@
 //! sign σ for all of them, or one value between −1 and 1 where they stick. So A(σ) needs one sign for all of them.
 //!
 //! The signs of A(σ) are certain (intervals). Other conditions are linear programmes; their margins have to be larger than rounding and the width.
-//! A load is in the span of the rows N for all numbers within the width only if it is by its zeros: coordinates without load that no contact
-//! in I₊ feels are left out, and N₊ has full rank in the others.
+//!
+//! *Levels.* A load that is in the span of the rows N is so for all numbers within the width only because of zeros that are exact, as slopes that are
+//! multiples of a right angle are. So a coordinate is an *axis* if each contact moves by it along its ground, across it, or not at all, all of them at one rate:
+//! (T_ik, N_ik) = (±c, 0), (0, ±c) or (0, 0). A turn is none: the arms of contacts may differ from those given. An axis without load that no contact in I₊ feels is
+//! a *level*. N₊ must have full rank in the coordinates that are no levels, and contacts must feel all motions along levels but those of a coordinate
+//! that no contact feels at all.
 
 use std::collections::BTreeSet;
 
@@ -38,7 +42,9 @@ use crate::math::mass_vector::{Coordinates, MassVector, independent};
 use crate::math::orthonormal::{complement, dot};
 use crate::math::simplex::maximise;
 use crate::math::unsigned_zero::UnsignedZero;
-use crate::modes::{Forces, MechanismProblem, Method, Mode, ModeAnswer, Word, contact_modes};
+use crate::modes::{
+    Forces, MechanismProblem, Method, Mode, ModeAnswer, Modes, Word, contact_modes,
+};
 use crate::options::{Impact, Jams};
 use crate::stability::certify::WhyUndecided;
 use crate::stability::cones::{Edge, balance, least_rest, unit_edges};
@@ -54,10 +60,10 @@ type I = Interval;
 const MOST_INTERFACES: usize = 8;
 
 /// Largest number of states of contact (a face and the signs of its slides) whose modes are solved.
-const MOST_STATES: usize = 4000;
+const MOST_STATES: usize = 2000;
 
-/// Largest number of closed contacts whose modes are solved: all words are enumerated.
-const MOST_CLOSED: usize = 6;
+/// Largest number of words of a state that are enumerated.
+const MOST_WORDS: f64 = 4096.0;
 
 /// Largest number of directions of slides and of contacts beside I₊: each is zero or not.
 const MOST_DIRECTIONS: usize = 10;
@@ -103,6 +109,9 @@ impl Well<'_> {
         let count = self.mechanism.contacts().len();
         let carrying = self.carried(whole(count))?;
         let slides = Slides::of(self, &carrying);
+        if carrying.firm && !self.feels_levels(&carrying, &slides) {
+            return Err(WhyUndecided::Degenerate);
+        }
         if let Some(motion) = self.unresisted(&carrying, &slides)? {
             return Ok(Found::Unstable(Argument::AcceleratingMode, motion));
         }
@@ -152,6 +161,27 @@ impl Well<'_> {
         self.scaled(&self.mechanism.contacts()[contact].normal)
     }
 
+    /// Whether a coordinate is an axis: see above.
+    fn is_axis(&self, place: usize) -> bool {
+        let k = self.space.free()[place];
+        let contacts = self.mechanism.contacts();
+        let pairs = || contacts.iter().map(|c| [c.tangential[k].abs(), c.normal[k].abs()]);
+        let rate = pairs().flatten().fold(0.0, f64::max);
+        pairs().all(|pair| [[0.0, 0.0], [rate, 0.0], [0.0, rate]].contains(&pair))
+    }
+
+    /// Whether contacts feel all motions along levels but those of a coordinate that no contact feels at all.
+    fn feels_levels(&self, carrying: &Carrying, slides: &Slides) -> bool {
+        let contacts = self.mechanism.contacts();
+        let felt = |axis: &&Vec<f64>| {
+            contacts.iter().any(|c| {
+                dot(axis, &self.scaled(&c.tangential)) != 0.0
+                    || dot(axis, &self.scaled(&c.normal)) != 0.0
+            })
+        };
+        carrying.kernel.iter().filter(felt).count() == slides.rank
+    }
+
     /// The programme Nᵀλ = −load of some contacts, in these coordinates, with N of unit length and in units of the load.
     fn programme(&self, among: &[usize], coordinates: &[usize]) -> Vec<(Vec<f64>, f64)> {
         let load = self.scaled(&self.mechanism.fields().load);
@@ -173,7 +203,7 @@ impl Well<'_> {
         let mut bearing: Vec<usize> = members(among).collect();
         loop {
             let before = bearing.len();
-            for (k, _) in load.iter().enumerate().filter(|(_, load)| **load == 0.0) {
+            for k in (0..n).filter(|k| load[*k] == 0.0 && self.is_axis(*k)) {
                 let entries: Vec<f64> = bearing.iter().map(|i| self.normal(*i)[k]).collect();
                 if entries.iter().all(|x| *x >= 0.0) || entries.iter().all(|x| *x <= 0.0) {
                     let mut entries = entries.into_iter();
@@ -408,7 +438,8 @@ impl Well<'_> {
         if sliding.interfaces > MOST_INTERFACES {
             return Err(WhyUndecided::Many);
         }
-        if sliding.is_stiff(whole(self.space.count()), &vec![0; sliding.interfaces]) {
+        let loose = sliding.loose();
+        if loose.is_empty() {
             return Ok(None);
         }
         // An impact that ends a jam is not part of the theorem.
@@ -417,43 +448,55 @@ impl Well<'_> {
         }
         let rays = rays(self.space).map_err(reason)?;
         let faces = faces(&rays, self.space.count(), MOST_STATES).ok_or(WhyUndecided::Many)?;
-        let jams = self.jams(&sliding, &faces)?;
+        let jams = self.jams(&sliding, &loose, &faces)?;
         if jams.is_none() && !self.lifts() {
             return Err(WhyUndecided::Jam);
         }
         Ok(jams)
     }
 
-    /// A face of K and slides of the contacts closed on it from which no mode goes on; `None` if there is certainly none.
+    /// A start on a face of K from which no mode goes on; `None` if there is certainly none. `loose`: the σ of which A(σ) may not be strictly copositive.
     fn jams(
         &self,
         sliding: &Sliding,
+        loose: &[Vec<i8>],
         faces: &BTreeSet<Set>,
     ) -> Result<Option<Evidence>, WhyUndecided> {
-        let (mut states, mut open) = (0, None);
+        // Closed contacts, and the signs of interfaces, 0 where they do not slide or are open.
+        let mut states: BTreeSet<(Set, Vec<i8>)> = BTreeSet::new();
         for &closed in faces {
-            let touched: BTreeSet<usize> =
-                members(closed).filter_map(|i| sliding.interface[i].map(|(g, _)| g)).collect();
-            let touched: Vec<usize> = touched.into_iter().collect();
-            for number in 0..3_usize.pow(touched.len() as u32) {
-                let mut signs = vec![0; sliding.interfaces];
-                let mut left = number;
-                for g in &touched {
-                    signs[*g] = (left % 3) as i8 - 1;
-                    left /= 3;
+            let touched = sliding.touched(closed);
+            let restricted: BTreeSet<Vec<i8>> = loose
+                .iter()
+                .map(|signs| {
+                    let mut own = vec![0; sliding.interfaces];
+                    touched.iter().for_each(|g| own[*g] = signs[*g]);
+                    own
+                })
+                .collect();
+            for signs in restricted.into_iter().filter(|signs| !sliding.is_stiff(closed, signs)) {
+                // Where slips are 0, any σ between −1 and 1 may follow.
+                for still in 0..1_usize << touched.len() {
+                    let mut part = signs.clone();
+                    let stops = touched.iter().enumerate().filter(|(bit, _)| still >> bit & 1 == 1);
+                    stops.for_each(|(_, g)| part[*g] = 0);
+                    states.insert((closed, part));
                 }
-                if sliding.is_stiff(closed, &signs) {
-                    continue;
+                if states.len() > MOST_STATES {
+                    return Err(WhyUndecided::Many);
                 }
-                states += 1;
-                if states > MOST_STATES || closed.count_ones() as usize > MOST_CLOSED {
-                    return Err(open.unwrap_or(WhyUndecided::Many));
-                }
-                match self.state(sliding, closed, &signs) {
-                    State::GoesOn => {}
-                    State::Jams(start) => return Ok(Some(start)),
-                    State::Unsure => open = Some(WhyUndecided::Jam),
-                }
+            }
+        }
+        let mut open = None;
+        // Those that slide everywhere first: they have few words.
+        let stops = |signs: &[i8]| signs.iter().filter(|sign| **sign == 0).count();
+        let mut states: Vec<_> = states.into_iter().collect();
+        states.sort_by_key(|(_, signs)| stops(signs));
+        for (closed, signs) in states {
+            match self.state(sliding, closed, &signs) {
+                State::GoesOn => {}
+                State::Jams(start) => return Ok(Some(start)),
+                State::Unsure(reason) => open = open.or(Some(reason)),
             }
         }
         open.map_or(Ok(None), Err)
@@ -465,10 +508,19 @@ impl Well<'_> {
         let sign = |i: usize| sliding.interface[i].map_or(1, |(g, side)| side * signs[g]);
         let slides: Vec<Option<i8>> =
             (0..count).map(|i| (closed >> i & 1 == 1).then(|| sign(i))).collect();
-        let modes = MechanismProblem::new(self.mechanism, &slides)
-            .and_then(|problem| contact_modes(&problem, Method::Enumerate));
-        let Ok(modes) = modes else { return State::Unsure };
-        if modes.consistent().any(|answer| !answer.near_degenerate()) {
+        let unsure = State::Unsure(WhyUndecided::Jam);
+        let Ok(problem) = MechanismProblem::new(self.mechanism, &slides) else { return unsure };
+        let goes_on = |modes: &Modes| modes.consistent().any(|answer| !answer.near_degenerate());
+        // One mode by programmes is cheaper than all of them.
+        if contact_modes(&problem, Method::Qp).is_ok_and(|modes| goes_on(&modes)) {
+            return State::GoesOn;
+        }
+        let words = slides.iter().flatten().map(|sign| if *sign == 0 { 4.0 } else { 2.0 });
+        if words.product::<f64>() > MOST_WORDS {
+            return State::Unsure(WhyUndecided::Many);
+        }
+        let Ok(modes) = contact_modes(&problem, Method::Enumerate) else { return unsure };
+        if goes_on(&modes) {
             return State::GoesOn;
         }
         let all = modes.answers();
@@ -476,12 +528,12 @@ impl Well<'_> {
         // Frictionless contacts have no part in the law; a start gives those that slide.
         let moving = members(closed).all(|i| sliding.interface[i].is_none() || sign(i) != 0);
         if !none || !moving {
-            return State::Unsure;
+            return unsure;
         }
         let those: Vec<(usize, f64)> = members(closed).map(|i| (i, f64::from(sign(i)))).collect();
         match no_motion_of(self.mechanism, &those) {
             Some(start) => State::Jams(Evidence::NoMotion(start)),
-            None => State::Unsure,
+            None => unsure,
         }
     }
 }
@@ -499,7 +551,7 @@ enum State {
     GoesOn,
     /// None is.
     Jams(Evidence),
-    Unsure,
+    Unsure(WhyUndecided),
 }
 
 /// Whether a word is certainly no motion: a test fails by more than a tie, or its accelerations contradict each other.
@@ -619,25 +671,31 @@ impl Sliding {
         Some(Self { normal, rubbing, interface, interfaces: leading.len() })
     }
 
-    /// Whether A(σ) of these contacts is certainly strictly copositive for these signs, and for both signs where they are 0.
+    /// Whether A(σ) of these contacts is certainly strictly copositive.
     fn is_stiff(&self, closed: Set, signs: &[i8]) -> bool {
         let those: Vec<usize> = members(closed).collect();
-        let touched =
-            |g: usize| those.iter().any(|i| self.interface[*i].is_some_and(|(h, _)| h == g));
-        let both: Vec<usize> =
-            (0..self.interfaces).filter(|g| signs[*g] == 0 && touched(*g)).collect();
-        (0..1_usize << both.len()).all(|choice| {
-            let mut signs = signs.to_vec();
-            for (bit, g) in both.iter().enumerate() {
-                signs[*g] = if choice >> bit & 1 == 1 { 1 } else { -1 };
-            }
-            let entry = |i: usize, j: usize| {
-                let side = self.interface[j].map_or(0, |(g, side)| side * signs[g]);
-                self.normal[i][j] - self.rubbing[i][j].times(f64::from(side))
-            };
-            let matrix: Vec<Vec<I>> =
-                those.iter().map(|i| those.iter().map(|j| entry(*i, *j)).collect()).collect();
-            is_strictly_copositive(&matrix) == Some(true)
-        })
+        let entry = |i: usize, j: usize| {
+            let side = self.interface[j].map_or(0, |(g, side)| side * signs[g]);
+            self.normal[i][j] - self.rubbing[i][j].times(f64::from(side))
+        };
+        let matrix: Vec<Vec<I>> =
+            those.iter().map(|i| those.iter().map(|j| entry(*i, *j)).collect()).collect();
+        is_strictly_copositive(&matrix)
+    }
+
+    /// All signs σ of interfaces for which A(σ) of all contacts may not be strictly copositive.
+    fn loose(&self) -> Vec<Vec<i8>> {
+        let all = whole(self.normal.len());
+        let signs = |number: usize| -> Vec<i8> {
+            (0..self.interfaces).map(|g| if number >> g & 1 == 1 { 1 } else { -1 }).collect()
+        };
+        (0..1 << self.interfaces).map(signs).filter(|signs| !self.is_stiff(all, signs)).collect()
+    }
+
+    /// The interfaces of these contacts.
+    fn touched(&self, closed: Set) -> Vec<usize> {
+        let all: BTreeSet<usize> =
+            members(closed).filter_map(|i| self.interface[i].map(|(g, _)| g)).collect();
+        all.into_iter().collect()
     }
 }
