@@ -8,14 +8,15 @@ use std::collections::BTreeMap;
 
 use random::Random;
 use standfast::body::{ContactRows, Mechanism, MechanismFields};
+use standfast::modes::{MechanismProblem, Method, Mode, Status, contact_modes};
 use standfast::simulate::simulate_mechanism;
 use standfast::stability::{
-    Argument, Evidence, Stability, StabilityOptions, Verdict, WhyUndecided, mechanism_stability,
+    Argument, Evidence, NoMotion, Stability, StabilityOptions, Verdict, WhyUndecided,
+    mechanism_stability,
 };
 use standfast::{Impact, Options, Outcome};
 
 const G: f64 = 9.81;
-static OUT: std::sync::Mutex<BTreeMap<String, usize>> = std::sync::Mutex::new(BTreeMap::new());
 
 /// A box by its width, height, middle, and mass.
 #[derive(Debug, Clone, Copy)]
@@ -146,7 +147,7 @@ fn a_tower_of_equal_boxes_jams_from_the_friction_of_the_closed_form_on() {
             let found = verdict(&mechanism);
             let case = format!("{n} {ratio} {side} {:?}", found.evidence);
             if side < 0.0 {
-                assert!(["potential-well", "jam", "many"].contains(&word(&found)), "{case}");
+                assert_eq!(word(&found), "potential-well", "{case}");
                 continue;
             }
             assert_eq!(word(&found), "no-solution", "{case}");
@@ -229,41 +230,75 @@ fn a_level_without_friction_is_slid_along_for_ever() {
     assert_eq!(word(&verdict(&Mechanism::new(fields).unwrap())), "law");
 }
 
-/// Kicks of a stable assembly end at rest, under the laws of the verdict.
-fn comes_to_rest(mechanism: &Mechanism, found: &Verdict, random: &mut Random, case: &str) -> usize {
+/// A kick of a stable assembly ends at rest unless the run ends first, and the energy bounds the gaps; under each law of the verdict. The number of runs that end at
+/// rest.
+fn comes_to_rest(
+    mechanism: &Mechanism,
+    found: &Verdict,
+    random: &mut Random,
+    events: usize,
+    case: &str,
+) -> usize {
     let mut ends = 0;
     let n = mechanism.dof();
     let bounds = largest(found);
     for &impact in &found.laws {
-        for _ in 0..2 {
-            let kick: Vec<f64> = (0..n).map(|_| 1e-3 * random.between(-1.0, 1.0)).collect();
-            let energy = mechanism.energy(&vec![0.0; n], &kick);
-            let options = Options { impact, event_limit: 2000, ..Options::default() };
-            let run = simulate_mechanism(mechanism, &vec![0.0; n], &kick, &options).unwrap();
-            let outcome = run.outcome();
-            // Where several modes are consistent a run ends; the theorem is about all motions.
-            let allowed = [Outcome::Rest, Outcome::EventLimit, Outcome::Ambiguous];
-            assert!(allowed.contains(&outcome), "{case}: {outcome:?} {kick:?}");
-            ends += usize::from(outcome == Outcome::Rest);
-            *OUT.lock().unwrap().entry(format!("{outcome:?}")).or_insert(0) += 1;
-            let [q, qdot] = run.coordinates().unwrap();
-            for (contact, bound) in mechanism.contacts().iter().zip(&bounds) {
-                let gap: f64 = contact.normal.iter().zip(&q).map(|(a, b)| a * b).sum();
-                assert!(gap * bound <= energy * (1.0 + 1e-9), "{case}: {gap} {bound} {energy}");
-            }
-            assert!(mechanism.energy(&q, &qdot) <= energy * (1.0 + 1e-9), "{case}");
+        let kick: Vec<f64> = (0..n).map(|_| 1e-3 * random.between(-1.0, 1.0)).collect();
+        let energy = mechanism.energy(&vec![0.0; n], &kick);
+        let options = Options { impact, event_limit: events, ..Options::default() };
+        let run = simulate_mechanism(mechanism, &vec![0.0; n], &kick, &options).unwrap();
+        let outcome = run.outcome();
+        // Where several modes are consistent a run ends; the theorem is about all motions.
+        let allowed = [Outcome::Rest, Outcome::EventLimit, Outcome::Ambiguous];
+        assert!(allowed.contains(&outcome), "{case}: {outcome:?} {kick:?}");
+        ends += usize::from(outcome == Outcome::Rest);
+        let [q, qdot] = run.coordinates().unwrap();
+        for (contact, bound) in mechanism.contacts().iter().zip(&bounds) {
+            let gap: f64 = contact.normal.iter().zip(&q).map(|(a, b)| a * b).sum();
+            assert!(gap * bound <= energy * (1.0 + 1e-9), "{case}: {gap} {bound} {energy}");
         }
+        assert!(mechanism.energy(&q, &qdot) <= energy * (1.0 + 1e-9), "{case}");
     }
     ends
 }
 
-/// What a verdict claims is seen in runs.
-fn is_seen(mechanism: &Mechanism, found: &Verdict, random: &mut Random, case: &str) -> usize {
+/// At the start of a jam the contacts that slide are closed, all others are open, and no mode is consistent.
+fn jams(mechanism: &Mechanism, start: &NoMotion, case: &str) {
+    let mut slides = vec![None; mechanism.contacts().len()];
+    for (contact, mode) in start.contacts.iter().zip(start.slides.modes()) {
+        slides[contact.index()] = Some(if mode == Mode::Right { 1 } else { -1 });
+    }
+    for (contact, slide) in mechanism.contacts().iter().zip(&slides) {
+        let along = |row: &[f64], of: &[f64]| row.iter().zip(of).map(|(a, b)| a * b).sum::<f64>();
+        let gap = along(&contact.normal, &start.q);
+        if let Some(side) = slide {
+            assert!(gap.abs() < 1e-18, "{case}: {gap}");
+            assert!(along(&contact.normal, &start.qdot).abs() < 1e-15, "{case}");
+            let slip = along(&contact.tangential, &start.qdot);
+            assert!(slip * f64::from(*side) > 1e-6, "{case}: {slip}");
+        } else {
+            assert!(gap > 1e-9, "{case}: {gap}");
+        }
+    }
+    let problem = MechanismProblem::new(mechanism, &slides).unwrap();
+    let modes = contact_modes(&problem, Method::Enumerate).unwrap();
+    assert_eq!(modes.status(), Status::None, "{case}");
+}
+
+/// What a verdict claims is seen; the number of runs that end at rest.
+fn is_seen(
+    mechanism: &Mechanism,
+    found: &Verdict,
+    random: &mut Random,
+    events: usize,
+    case: &str,
+) -> usize {
     match (found.by, &found.evidence) {
-        (Some(Argument::PotentialWell), _) => return comes_to_rest(mechanism, found, random, case),
+        (Some(Argument::PotentialWell), _) => {
+            return comes_to_rest(mechanism, found, random, events, case);
+        }
         (Some(Argument::NoSolution), Some(Evidence::NoMotion(start))) => {
-            let run = simulate_mechanism(mechanism, &start.q, &start.qdot, &Options::default());
-            assert_eq!(run.unwrap().outcome(), Outcome::Inconsistent, "{case}");
+            jams(mechanism, start, case);
         }
         (Some(Argument::AcceleratingMode), Some(Evidence::Motion { velocity, .. })) => {
             let limit = Options { time_limit: Some(10.0), ..Options::default() };
@@ -278,7 +313,6 @@ fn is_seen(mechanism: &Mechanism, found: &Verdict, random: &mut Random, case: &s
 
 #[test]
 fn random_towers() {
-    let t0 = std::time::Instant::now();
     let mut random = Random(1);
     let (mut counts, mut ends) = (BTreeMap::new(), 0);
     for case in 0..200 {
@@ -295,7 +329,8 @@ fn random_towers() {
         let stack = tower(&boxes, &friction, e);
         let found = verdict(&stack);
         let text = format!("{case} {boxes:?} {friction:?} {e} {:?}", found.evidence);
-        ends += is_seen(&stack, &found, &mut random, &text);
+        let events = if case < 15 { 5000 } else { 100 };
+        ends += is_seen(&stack, &found, &mut random, events, &text);
         *counts.entry(word(&found)).or_insert(0) += 1;
         // The bodies above an interface have their common centre of mass over it.
         let carried = (0..n).all(|k| {
@@ -314,28 +349,24 @@ fn random_towers() {
             assert!(found.frictional_stability != Stability::Undecided, "{text}");
         }
     }
-    println!("{counts:?} {ends} {:?}", OUT.lock().unwrap());
-    println!("{:?}", t0.elapsed());
+    assert!(counts["potential-well"] > 100 && counts["no-solution"] > 10, "{counts:?}");
+    assert!(ends > 10, "{ends}");
 }
 
 #[test]
 fn random_bridges() {
-    let t0 = std::time::Instant::now();
     let mut random = Random(2);
     let (mut counts, mut ends) = (BTreeMap::new(), 0);
-    for case in 0..40 {
+    for case in 0..20 {
         let e = [0.0, 0.3, 0.7][case % 3];
         let (beam, friction) = (random.between(0.3, 0.9), random.between(0.1, 0.9));
         let mechanism = bridge(beam, friction, e);
-        let t1 = std::time::Instant::now();
         let found = verdict(&mechanism);
-        if t1.elapsed().as_secs_f64() > 0.3 { println!("slow {case} {} {:?}", word(&found), t1.elapsed()); }
         let text = format!("{case} {beam} {friction} {e} {:?}", found.evidence);
-        ends += is_seen(&mechanism, &found, &mut random, &text);
+        ends += is_seen(&mechanism, &found, &mut random, 100, &text);
         *counts.entry(word(&found)).or_insert(0) += 1;
     }
-    println!("{counts:?} {ends} {:?}", OUT.lock().unwrap());
-    println!("{:?}", t0.elapsed());
+    assert!(counts["potential-well"] >= 8 && counts["no-solution"] >= 5, "{counts:?} {ends}");
 }
 
 /// A mechanism with random rows, whose contacts carry the load without friction.
@@ -381,20 +412,18 @@ fn frozen(random: &mut Random, dof: usize, contacts: usize, level: usize, e: f64
 
 #[test]
 fn random_rows() {
-    let t0 = std::time::Instant::now();
     let mut random = Random(3);
     let (mut counts, mut ends) = (BTreeMap::new(), 0);
     for case in 0..300 {
         let e = [0.0, 0.3, 0.7][case % 3];
         let (dof, contacts, level) = [(4, 5, 0), (5, 6, 0), (5, 4, 1), (6, 5, 2)][case % 4];
         let mechanism = frozen(&mut random, dof, contacts, level, e);
-        let t1 = std::time::Instant::now();
         let found = verdict(&mechanism);
-        if t1.elapsed().as_secs_f64() > 0.3 { println!("slow {case} {} {:?}", word(&found), t1.elapsed()); }
-        let text = format!("{case} {:?} {:?}", mechanism.fields(), found.evidence);
-        ends += is_seen(&mechanism, &found, &mut random, &text);
+        let text = format!("{case} {:?}", found.evidence);
+        ends += is_seen(&mechanism, &found, &mut random, 100, &text);
         *counts.entry((level, word(&found))).or_insert(0) += 1;
     }
-    println!("{counts:?} {ends} {:?}", OUT.lock().unwrap());
-    println!("{:?}", t0.elapsed());
+    for (level, least) in [(0, 60), (1, 10), (2, 30)] {
+        assert!(counts[&(level, "potential-well")] >= least, "{counts:?} {ends}");
+    }
 }

@@ -20,7 +20,7 @@ use crate::math::real::Enclosed;
 use crate::math::simplex::maximise;
 use crate::modes::{Mode, Word};
 use crate::outcome::ContactNumber;
-use crate::tolerance::{DEPENDENT_ROW, SAME_ROOT};
+use crate::tolerance::{DEPENDENT_ROW, ROWS_ALIKE, SAME_ROOT};
 use crate::verified::rows::{EnclosedRows, dot};
 
 type I = Interval;
@@ -116,7 +116,14 @@ pub(super) fn no_motion(mechanism: &Mechanism, width: f64) -> Option<NoMotion> {
 
 /// A start at which these contacts slide in these directions (those with friction), and all others are in the air; `None` if there is none.
 pub(super) fn no_motion_of(mechanism: &Mechanism, slides: &[(usize, f64)]) -> Option<NoMotion> {
-    Sliding::of(mechanism, 0.0)?.start(slides)
+    let mut start = Sliding::of(mechanism, 0.0)?.start(slides)?;
+    // What is rounding error beside the largest coordinate would count as a rate of a contact.
+    for values in [&mut start.q, &mut start.qdot] {
+        let largest = values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let small = |x: &&mut f64| x.abs() <= ROWS_ALIKE * largest;
+        values.iter_mut().filter(small).for_each(|x| *x = 0.0);
+    }
+    Some(start)
 }
 
 fn letters(slides: &[(usize, f64)]) -> Word {
@@ -216,7 +223,7 @@ impl<'a> Sliding<'a> {
         let r = space.normal_row(0).len();
         let placed = (0..r).map(|k| SMALL * SMALL * (found[k] - found[r + k]));
         let mut placed = Coordinates::from_iter(placed);
-        if slides.len() > 2 {
+        if count > 2 {
             placed = self.without_gaps(slides, placed);
         }
         let placed = mechanism.coordinates(&placed);
