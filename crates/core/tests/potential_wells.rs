@@ -329,7 +329,7 @@ fn random_towers() {
         let stack = tower(&boxes, &friction, e);
         let found = verdict(&stack);
         let text = format!("{case} {boxes:?} {friction:?} {e} {:?}", found.evidence);
-        let events = if case < 15 { 5000 } else { 100 };
+        let events = if case < 8 { 5000 } else { 50 };
         ends += is_seen(&stack, &found, &mut random, events, &text);
         *counts.entry(word(&found)).or_insert(0) += 1;
         // The bodies above an interface have their common centre of mass over it.
@@ -350,7 +350,7 @@ fn random_towers() {
         }
     }
     assert!(counts["potential-well"] > 100 && counts["no-solution"] > 10, "{counts:?}");
-    assert!(ends > 10, "{ends}");
+    assert!(ends > 3, "{ends}");
 }
 
 #[test]
@@ -363,7 +363,7 @@ fn random_bridges() {
         let mechanism = bridge(beam, friction, e);
         let found = verdict(&mechanism);
         let text = format!("{case} {beam} {friction} {e} {:?}", found.evidence);
-        ends += is_seen(&mechanism, &found, &mut random, 100, &text);
+        ends += is_seen(&mechanism, &found, &mut random, 50, &text);
         *counts.entry(word(&found)).or_insert(0) += 1;
     }
     assert!(counts["potential-well"] >= 8 && counts["no-solution"] >= 5, "{counts:?} {ends}");
@@ -420,7 +420,7 @@ fn random_rows() {
         let mechanism = frozen(&mut random, dof, contacts, level, e);
         let found = verdict(&mechanism);
         let text = format!("{case} {:?}", found.evidence);
-        ends += is_seen(&mechanism, &found, &mut random, 100, &text);
+        ends += is_seen(&mechanism, &found, &mut random, 50, &text);
         *counts.entry((level, word(&found))).or_insert(0) += 1;
     }
     for (level, least) in [(0, 60), (1, 10), (2, 30)] {
