@@ -81,6 +81,7 @@ _By: TypeAlias = Literal[
     "neutral",
     "single-support",
     "bounded-corners",
+    "potential-well",
 ]
 _Reason: TypeAlias = Literal[
     "boundary",
@@ -93,6 +94,10 @@ _Reason: TypeAlias = Literal[
     "cells",
     "pairs",
     "joints",
+    "slides",
+    "held",
+    "law",
+    "many",
 ]
 _Method: TypeAlias = Literal[
     "bounce", "clatter", "chatter", "rest", "self-similar", "mixed", "nested"

@@ -521,6 +521,20 @@ def _on_many_contacts(verdict: sf.Verdict) -> list[str]:
             f"  line              contacts {listed(pair['contacts'])} carry those between them, alone: "
             f"{pair['frictional_stability']}, by {pair['by']}"
         )
+    largest = evidence.get("largest", []) if isinstance(evidence, dict) else []
+    if largest:
+        text = ", ".join(
+            f"{number}: {force:.6g}"
+            for number, force in zip(verdict.contacts, largest, strict=True)
+            if force > 0
+        )
+        lines.append(
+            f"  gaps              at most E/force for ever, E the energy of the kick; largest forces without friction / N: {text}"
+        )
+        if level := evidence["level"]:
+            lines.append(
+                f"  levels            {counted(level, 'slide')} on a level, which friction ends"
+            )
     if verdict.stays:
         lines.append(
             f"  stays             within {verdict.radius(1.0):.4g} m for each joule of the kick (largest of |x|, |y|, rho |theta|)"

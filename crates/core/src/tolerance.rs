@@ -545,6 +545,11 @@ pub(crate) const DELICATE_MARGIN: f64 = 1e-10;
 /// coordinates of points on a slope are rounded, in decimals too. Range: 1e-14 to 1e-9.
 pub(crate) const ON_ONE_LINE: f64 = 1e-12;
 
+/// Part of a row orthogonal to other rows up to which it may or may not depend on them, so that nothing is decided that needs their rank; also the gap along a
+/// unit direction up to which a contact may be open or closed. Unit: length of the row. Up to [`DEPENDENT_ROW`] rows do depend and gaps are closed. The value
+/// is far above the width of numbers in decimals times the condition of the rows. Range: 1e-9 to 1e-4.
+pub(crate) const FIRM_RANK: f64 = 1e-7;
+
 /// Cross product of two edges of friction cones below which the edges are parallel. Unit: terms of the product. Range: 4 ε to 64 ε.
 pub(crate) const PARALLEL_EDGES: f64 = 8.0 * f64::EPSILON;
 

@@ -297,6 +297,7 @@ fn a_verdict_is_read_as_it_was_written() {
             Some(Evidence::DescendingPairs { .. }) => "pairs",
             Some(Evidence::Neutral { .. }) => "neutral",
             Some(Evidence::Shrinks { .. }) => "shrinks",
+            Some(Evidence::PotentialWell { .. }) => "potential-well",
             None => "nothing",
         });
         if kinds.len() == 3 {

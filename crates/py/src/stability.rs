@@ -192,7 +192,7 @@ impl PyVerdict {
     }
 
     /// The argument: "not-equilibrium", "theorem-3", "theorem-3-loose", "goyal", "corner-map", "growing-cycle", "growing-trap", "single-support",
-    /// "accelerating-mode", "no-solution", "well", "descending-pair", "neutral", "bounded-corners", or None.
+    /// "accelerating-mode", "no-solution", "well", "descending-pair", "neutral", "bounded-corners", "potential-well", or None.
     #[getter]
     fn by(&self) -> Option<&str> {
         self.verdict.by.map(standfast::stability::Argument::as_str)
@@ -246,7 +246,9 @@ impl PyVerdict {
     /// (frictionless motion need not come to rest: neither energy nor drift), "flight" (the impacts after a corner cannot be followed to their end with
     /// certainty), "cells" (some directions of motion remain open), "degenerate" (the contacts depend on each other, or nearly so, or
     /// the signs that decide are not certain), "pairs" (three and more contacts: several pairs let the body descend, or the only one is
-    /// undecided itself), "joints" (no theorem decides about the mechanism: more than three coordinates are free, or it has not two contacts and is no rigid body). None if
+    /// undecided itself), "joints" (no theorem decides about the mechanism: it is no rigid body, and without friction its contacts do not hold the load). Also of mechanisms whose
+    /// contacts hold the load without friction: "slides" (the load may shift to contacts that do not resist a slide on a level), "held" (friction may hold it
+    /// above its posture), "law" (it slides on a level, and rest is proved for Moreau's law with one restitution, also in tangential direction), "many" (too many contacts to try all slides). None if
     /// the verdict is decided. `print(verdict)` says it in words, and what to try.
     #[getter]
     fn reason(&self) -> Option<&str> {
@@ -272,7 +274,9 @@ impl PyVerdict {
     /// which exactly two contacts stay closed. For "descending-pair" {"rays", "pairs"}, with the verdict on the pair of each ray that does not
     /// ascend; on one line of ground no rays, and the verdict on the outer contacts. For "neutral" {"outer", "stiffness"}: the outer contacts, and N M⁻¹ (N − σμT)ᵀ of each while it slides to the right and to the
     /// left, per unit mass. For "bounded-corners" {"growth"}: an upper bound, below 1, of the mean growth of the landing speed over a cycle of
-    /// landings. For an undecided posture {"reason", "cells", "left"}: the reason, the
+    /// landings. For "potential-well" {"largest", "level"}: the largest normal force of each contact, in N, with which the contacts hold the load without
+    /// friction: a gap is at most the energy of the kick over this force, for ever; and the number of independent slides on a level, which friction
+    /// ends. For an undecided posture {"reason", "cells", "left"}: the reason, the
     /// number of cells of the corner map, and the undecided cells (None if several words are consistent at rest, or no map was
     /// computed).
     #[getter]
@@ -491,7 +495,7 @@ impl PyVerdict {
 /// same to the last bit as by itself. For an array of objects it is an array of its shape. None has the answer None: a foothold out of reach, say.
 /// threads : number of threads for a sequence; None uses every core. progress : whether a progress bar is shown for a sequence; None shows it
 /// on a terminal after a second if tqdm is installed. With three coordinates that are not locked a mechanism has the tests of a rigid body. With more (joints with
-/// torques) it is "unstable" by "not-equilibrium", "accelerating-mode" or "no-solution", "stable" by "bounded-corners", or "undecided" with the reason "joints".
+/// torques) it is "unstable" by "not-equilibrium", "accelerating-mode" or "no-solution", "stable" by "bounded-corners" or "potential-well", or "undecided". Several bodies are one mechanism, with the coordinates of all.
 ///
 /// Raises ValueError naming `contacts` if no contact touches its ground, or if one touches it at an end of its piece; for a sequence with the
 /// first item that has an error, as `posture[17]`, from 0.

@@ -6,6 +6,7 @@ pub(crate) mod ball;
 pub(crate) mod cases;
 pub(crate) mod clock;
 pub(crate) mod collocation;
+pub(crate) mod copositive;
 pub(crate) mod extents;
 pub(crate) mod interval;
 pub(crate) mod least_distance;

@@ -102,13 +102,21 @@ pub enum WhyUndecided {
     Cells,
     /// Three and more contacts: several pairs of contacts let the body descend, or the only one is undecided itself.
     Pairs,
-    /// No theorem here decides about the mechanism: more than three coordinates are free, or it has not two contacts and is no rigid body.
+    /// No theorem here decides about the mechanism, which is no rigid body: only friction holds its load.
     Joints,
+    /// A mechanism: a slide on a level is perhaps not resisted, because forces may shift to contacts that do not resist it.
+    Slides,
+    /// A mechanism: friction may hold it away from its posture, above it.
+    Held,
+    /// A mechanism that slides on a level: rest is proved for Moreau's law with one restitution for all contacts, also in tangential direction.
+    Law,
+    /// A mechanism of too many contacts or slides to try all of them.
+    Many,
 }
 
 impl WhyUndecided {
     /// All of them.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 14] = [
         Self::Boundary,
         Self::Ambiguous,
         Self::Degenerate,
@@ -119,6 +127,10 @@ impl WhyUndecided {
         Self::Cells,
         Self::Pairs,
         Self::Joints,
+        Self::Slides,
+        Self::Held,
+        Self::Law,
+        Self::Many,
     ];
 
     /// Its name in files.
@@ -135,6 +147,10 @@ impl WhyUndecided {
             Self::Cells => "cells",
             Self::Pairs => "pairs",
             Self::Joints => "joints",
+            Self::Slides => "slides",
+            Self::Held => "held",
+            Self::Law => "law",
+            Self::Many => "many",
         }
     }
 
@@ -168,8 +184,16 @@ impl WhyUndecided {
                 "the body descends on several pairs of contacts, or on one that is undecided itself"
             }
             Self::Joints => {
-                "no theorem here decides about this mechanism; there are some for rigid bodies and for two contacts"
+                "no theorem here decides about this mechanism: without friction its contacts do not hold the load"
             }
+            Self::Slides => {
+                "a slide on a level is perhaps not resisted: the load may shift to contacts that do not resist it"
+            }
+            Self::Held => "friction may hold the bodies away from the posture, above it",
+            Self::Law => {
+                "that friction ends slides on a level is proved for Moreau's law only, with one restitution for all contacts, the same in tangential direction"
+            }
+            Self::Many => "there are too many contacts or slides to try all of them",
         }
     }
 }

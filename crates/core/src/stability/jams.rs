@@ -15,12 +15,12 @@ use serde::{Deserialize, Serialize};
 use crate::body::{Mechanism, Posture, PostureFields, ROUGHEST_CONTACT};
 use crate::error::Error;
 use crate::math::interval::Interval;
-use crate::math::mass_vector::{Coordinates, MassVector, with_products};
+use crate::math::mass_vector::{Coordinates, MassVector, independent, with_products};
 use crate::math::real::Enclosed;
 use crate::math::simplex::maximise;
 use crate::modes::{Mode, Word};
 use crate::outcome::ContactNumber;
-use crate::tolerance::SAME_ROOT;
+use crate::tolerance::{DEPENDENT_ROW, ROWS_ALIKE, SAME_ROOT};
 use crate::verified::rows::{EnclosedRows, dot};
 
 type I = Interval;
@@ -112,6 +112,18 @@ pub fn mechanism_jams(mechanism: &Mechanism, width: f64) -> Vec<Jam> {
 /// A start from which no motion exists.
 pub(super) fn no_motion(mechanism: &Mechanism, width: f64) -> Option<NoMotion> {
     Sliding::of(mechanism, width)?.all().next().map(|(_, start)| start)
+}
+
+/// A start at which these contacts slide in these directions (those with friction), and all others are in the air; `None` if there is none.
+pub(super) fn no_motion_of(mechanism: &Mechanism, slides: &[(usize, f64)]) -> Option<NoMotion> {
+    let mut start = Sliding::of(mechanism, 0.0)?.start(slides)?;
+    // What is rounding error beside the largest coordinate would count as a rate of a contact.
+    for values in [&mut start.q, &mut start.qdot] {
+        let largest = values.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        let small = |x: &&mut f64| x.abs() <= ROWS_ALIKE * largest;
+        values.iter_mut().filter(small).for_each(|x| *x = 0.0);
+    }
+    Some(start)
 }
 
 fn letters(slides: &[(usize, f64)]) -> Word {
@@ -210,7 +222,11 @@ impl<'a> Sliding<'a> {
         let found = maximise(&apart, &vec![0.0; apart[0].0.len()])?;
         let r = space.normal_row(0).len();
         let placed = (0..r).map(|k| SMALL * SMALL * (found[k] - found[r + k]));
-        let placed = mechanism.coordinates(&Coordinates::from_iter(placed));
+        let mut placed = Coordinates::from_iter(placed);
+        if count > 2 {
+            placed = self.without_gaps(slides, placed);
+        }
+        let placed = mechanism.coordinates(&placed);
         let stiffness = match slides {
             [(i, side)] => Some(
                 space.normal(*i, *i)
@@ -228,7 +244,8 @@ impl<'a> Sliding<'a> {
         })
     }
 
-    /// A velocity with which these contacts slide in these directions. Of two contacts of a rigid body one slide determines the other.
+    /// A velocity with which these contacts slide in these directions. Of two contacts of a rigid body one slide determines the other; of more
+    /// contacts those without friction may slide as they like.
     fn moved(&self, slides: &[(usize, f64)]) -> Option<Coordinates> {
         let space = self.mechanism.contact_space();
         let rows: Vec<&Coordinates> = slides
@@ -241,10 +258,44 @@ impl<'a> Sliding<'a> {
         if let Some(moved) = with_products(&rows, &speeds) {
             return Some(moved);
         }
+        if slides.len() > 2 {
+            return self.moved_somehow(slides);
+        }
         let all = rows.len();
         let moved = with_products(&rows[..all - 1], &speeds[..all - 1])?;
         let (other, side) = slides.last()?;
         (space.tangent(*other).dot(&moved) * side > 0.0).then_some(moved)
+    }
+
+    /// The same with slides of at least this speed, by a linear programme: the velocity as the difference of two vectors, and the rest of each slide as
+    /// a slack.
+    fn moved_somehow(&self, slides: &[(usize, f64)]) -> Option<Coordinates> {
+        let space = self.mechanism.contact_space();
+        let rubs = slides.iter().filter(|(i, _)| self.mechanism.contacts()[*i].friction > 0.0);
+        let rubs: Vec<&(usize, f64)> = rubs.collect();
+        let row = |row: &Coordinates, side: f64, slack: Option<usize>| -> Vec<f64> {
+            let own = row.iter().map(|x| side * x);
+            let slacks = (0..rubs.len()).map(|j| if slack == Some(j) { -1.0 } else { 0.0 });
+            own.chain(row.iter().map(|x| -side * x)).chain(slacks).collect()
+        };
+        let closed = slides.iter().map(|(i, _)| (row(space.normal_row(*i), 1.0, None), 0.0));
+        let slips = rubs.iter().enumerate();
+        let slips = slips.map(|(j, (i, side))| (row(space.tangent(*i), *side, Some(j)), 1.0));
+        let rows: Vec<(Vec<f64>, f64)> = closed.chain(slips).collect();
+        let found = maximise(&rows, &vec![0.0; rows[0].0.len()])?;
+        let r = space.pull().len();
+        let moved = Coordinates::from_iter((0..r).map(|k| SMALL * (found[k] - found[r + k])));
+        Some(self.without_gaps(slides, moved))
+    }
+
+    /// Without the rounding errors of the gaps, or rates, of contacts that are closed.
+    fn without_gaps(&self, slides: &[(usize, f64)], mut along: Coordinates) -> Coordinates {
+        let space = self.mechanism.contact_space();
+        let rows: Vec<&Coordinates> = slides.iter().map(|(i, _)| space.normal_row(*i)).collect();
+        for (k, axis) in &independent(&rows, DEPENDENT_ROW) {
+            along.add_scaled(axis, -rows[*k].dot(&along) / rows[*k].dot(axis));
+        }
+        along
     }
 }
 

@@ -5,23 +5,24 @@
 //!
 //! With more coordinates (joints with torques) both contacts may slide in any directions, and one may slide while the other one is fixed. That the
 //! contacts nevertheless come to rest is proved by `joints.rs`. Three things make a posture unstable: the load is not held; a contact mode that moves is consistent
-//! at rest; or no motion exists after some small kicks, see `jams.rs`.
+//! at rest; or no motion exists after some small kicks, see `jams.rs`. Any number of bodies and contacts may stand in a potential well: see `potential_well.rs`.
 
 use crate::body::Mechanism;
-use crate::body::fields::ContactRows;
 use crate::body::rigid::RigidBody;
 use crate::error::{Error, dissipative};
-use crate::math::mass_vector::{Coordinates, MassVector};
+use crate::math::mass_vector::MassVector;
 use crate::math::simplex::maximise;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::modes::{MechanismProblem, Method, Mode, ModeAnswer, contact_modes};
 use crate::options::Jams;
 use crate::stability::conditions::{self, Equilibrium, Pair};
+use crate::stability::cones::{balance, edges, unit_edges};
 use crate::stability::corner::CornerMap;
 use crate::stability::existence::Standing;
 use crate::stability::jams::{mechanism_jams, no_motion};
 use crate::stability::joints;
 use crate::stability::local::Local;
+use crate::stability::potential_well::{self, Found};
 use crate::stability::static_forces::{StaticForces, extremes, friction_margin, spare_friction};
 use crate::stability::{
     Argument, Details, Evidence, Finding, LOSES, NoBound, Stability, StabilityOptions, Verdict,
@@ -177,6 +178,11 @@ impl Verdict {
         let standing = Standing::Mechanism(mechanism);
         let decided = self.judge_pair(found, map.as_ref(), holds, standing, || None);
         self.take_pair(decided, found, map.as_ref(), true);
+        if self.by.is_none()
+            && let Some(found) = self.in_well(mechanism).filter(Finding::decides)
+        {
+            self.take(found);
+        }
         Ok(())
     }
 
@@ -202,53 +208,32 @@ impl Verdict {
             self.amplification = Err(NoBound::Joints);
             let by = Argument::BoundedCorners;
             Finding::Decided(Stability::Stable, by, Evidence::Shrinks { growth })
-        } else if tie {
-            undecided(WhyUndecided::Boundary)
         } else {
-            undecided(WhyUndecided::Joints)
+            match self.in_well(mechanism) {
+                Some(found) if found.decides() || !tie => found,
+                _ if tie => undecided(WhyUndecided::Boundary),
+                _ => undecided(WhyUndecided::Joints),
+            }
         };
         self.take(found);
     }
-}
 
-/// Edges N ± μT of the friction cones, with all friction times `factor`: the contact, the force (tangential, normal) and the row.
-fn edges(mechanism: &Mechanism, factor: f64) -> Vec<(usize, [f64; 2], Coordinates)> {
-    let space = mechanism.contact_space();
-    let contacts = mechanism.contacts().iter().enumerate();
-    contacts
-        .flat_map(|(i, ContactRows { friction, .. })| {
-            let friction = factor * friction;
-            let sides: &[f64] = if friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
-            sides.iter().map(move |side| (i, [side * friction, 1.0]))
+    /// What a potential well decides; `None` if the width is too large for closed forms.
+    fn in_well(&mut self, mechanism: &Mechanism) -> Option<Finding> {
+        if !self.uses_closed_forms() || !self.equilibrium.holds {
+            return None;
+        }
+        Some(match potential_well::decide(mechanism, self.options(), self.clear()) {
+            Found::Stable(evidence, laws) => {
+                self.laws = laws;
+                // E never rises, and the load's part of it is not negative.
+                self.amplification = Ok(1.0);
+                Finding::Decided(Stability::Stable, Argument::PotentialWell, evidence)
+            }
+            Found::Unstable(by, evidence) => Finding::Decided(Stability::Unstable, by, evidence),
+            Found::Open(reason) => undecided(reason),
         })
-        .map(|(i, [t, n])| (i, [t, n], space.normal_row(i).plus(space.tangent(i), t)))
-        .collect()
-}
-
-/// As [`edges`], of unit length.
-fn unit_edges(mechanism: &Mechanism, factor: f64) -> Vec<(usize, [f64; 2], Coordinates)> {
-    let of_length = |(contact, force, row): (usize, [f64; 2], Coordinates)| {
-        let length = row.norm();
-        (contact, force.map(|part: f64| part / length), row.divided(length))
-    };
-    edges(mechanism, factor).into_iter().map(of_length).collect()
-}
-
-/// The balance of forces, one row for each coordinate: Σ a_u A_u = −pull, in units of the pull.
-fn balance(
-    mechanism: &Mechanism,
-    edges: &[(usize, [f64; 2], Coordinates)],
-) -> Vec<(Vec<f64>, f64)> {
-    let pull = mechanism.contact_space().pull();
-    let weight = pull.norm();
-    let unit = if weight > 0.0 { weight } else { 1.0 };
-    (0..pull.len())
-        .zip(pull.iter())
-        .map(|(k, load)| {
-            let along = |row: &Coordinates| row.iter().nth(k).unwrap_or(0.0);
-            (edges.iter().map(|(.., row)| along(row)).collect(), -load / unit)
-        })
-        .collect()
+    }
 }
 
 /// Whether forces at the contacts hold the load. The margin of a mechanism is the largest weight that all edges of the friction cones can have

@@ -21,14 +21,17 @@ mod cells;
 mod certify;
 mod clattering;
 mod conditions;
+mod cones;
 mod corner;
 mod existence;
+mod faces;
 mod fate;
 mod feet;
 mod jams;
 mod joints;
 mod local;
 mod mechanism;
+mod potential_well;
 mod reduced;
 mod region;
 mod settling;
@@ -141,11 +144,13 @@ pub enum Argument {
     SingleSupport,
     /// Two contacts that slide independently: over every cycle of landings the landing speed falls, and friction ends the slides.
     BoundedCorners,
+    /// Without friction the contacts hold the load, a motion always exists, and friction ends every slide on a level.
+    PotentialWell,
 }
 
 impl Argument {
     /// All of them.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::NotEquilibrium,
         Self::Theorem3,
         Self::Theorem3Loose,
@@ -160,6 +165,7 @@ impl Argument {
         Self::Neutral,
         Self::SingleSupport,
         Self::BoundedCorners,
+        Self::PotentialWell,
     ];
 
     /// Its name in files.
@@ -180,6 +186,7 @@ impl Argument {
             Self::Neutral => "neutral",
             Self::SingleSupport => "single-support",
             Self::BoundedCorners => "bounded-corners",
+            Self::PotentialWell => "potential-well",
         }
     }
 
@@ -222,6 +229,9 @@ impl Argument {
             }
             Self::BoundedCorners => {
                 "over every cycle of landings the landing speed falls, and friction ends the slides"
+            }
+            Self::PotentialWell => {
+                "the contacts hold the load without friction, so that energy bounds every gap; a motion always exists, and friction ends every slide on a level"
             }
         }
     }
@@ -321,6 +331,14 @@ pub enum Evidence {
         /// The undecided cells: (contact, [from, to]) in atan(ξ/y).
         left: Vec<(ContactNumber, [f64; 2])>,
     },
+    /// What bounds the motions of a mechanism in a potential well.
+    PotentialWell {
+        /// Λ of each contact: the largest normal force, in N (N m over the unit of the gap), with which the contacts hold the load without friction. Gaps are at
+        /// most E/Λ for ever, with E the energy of [`Mechanism::energy`].
+        largest: Vec<f64>,
+        /// Number of independent slides on a level, which friction ends.
+        level: usize,
+    },
     /// Landings at two contacts that slide independently, which become slower.
     Shrinks {
         /// An upper bound, below 1, of the mean growth of the landing speed over a cycle of landings.
@@ -370,6 +388,12 @@ impl StabilityOptions {
 enum Finding {
     Decided(Stability, Argument, Evidence),
     Undecided(Option<Evidence>),
+}
+
+impl Finding {
+    fn decides(&self) -> bool {
+        matches!(self, Self::Decided(..))
+    }
 }
 
 /// Verdict on the stability of a posture.
@@ -998,6 +1022,7 @@ impl Evidence {
             Self::Neutral { outer, .. } => outer.iter_mut().for_each(rename),
             Self::Region { .. }
             | Self::Shrinks { .. }
+            | Self::PotentialWell { .. }
             | Self::Margins { .. }
             | Self::Potential(_)
             | Self::Word(_)
