@@ -3,7 +3,7 @@
 //! An artificial unknown z₀ makes w = A z + z₀ (1, …, 1) + b ≥ 0. Each pivot lets the complement of what left enter; the method ends when z₀ leaves.
 //! Of several rows that would leave at once, the lexicographically smallest one does: the method does not go round in circles.
 
-use crate::tolerance::SIMPLEX_ZERO;
+use crate::tolerance::LEMKE_ZERO;
 
 /// Largest number of pivots for each unknown. The method ends in exact arithmetic; with rounding it might not.
 const PIVOTS: usize = 50;
@@ -54,12 +54,12 @@ pub(crate) fn complementary(rows: &[Vec<f64>], b: &[f64]) -> Option<Vec<f64>> {
 fn smallest_ratio(tableau: &[Vec<f64>], basis: &[usize], entering: usize) -> Option<usize> {
     let n = tableau.len();
     let (artificial, last) = (2 * n, 2 * n + 1);
-    let mut rows: Vec<usize> = (0..n).filter(|&i| tableau[i][entering] > SIMPLEX_ZERO).collect();
+    let mut rows: Vec<usize> = (0..n).filter(|&i| tableau[i][entering] > LEMKE_ZERO).collect();
     // The right-hand side first, then the columns of w.
     for (step, column) in std::iter::once(last).chain(0..n).enumerate() {
         let ratio = |i: &usize| tableau[*i][column] / tableau[*i][entering];
         let least = rows.iter().map(ratio).min_by(f64::total_cmp)?;
-        rows.retain(|i| ratio(i) <= least + SIMPLEX_ZERO * (1.0 + least.abs()));
+        rows.retain(|i| ratio(i) <= least + LEMKE_ZERO * (1.0 + least.abs()));
         if step == 0
             && let Some(own) = rows.iter().find(|i| basis[**i] == artificial)
         {
