@@ -384,6 +384,12 @@ def test_verdicts_of_stacks_of_known_answers():
     beam = sf.System([sf.Block(0.4, 0.8), sf.Block(0.5, 0.8, at=(1.1, 0)), sf.Block(1.5, 0.25, at=(0.6, 0.8))], friction=0.3)  # fmt: skip
     verdict = sf.stability(beam)
     assert repr(verdict) == stable
+    for tangential, answer in (
+        (0.3, stable),
+        (0.0, "<Verdict: undecided, reason law>"),
+    ):
+        bouncing = sf.System(beam.bodies, friction=0.3, restitution=0.3, tangential_restitution=tangential)  # fmt: skip
+        assert repr(sf.stability(bouncing)) == answer
     largest = [3.179053125, 3.9687847826087, 4.7210625, 3.801375, 1.839375, 2.3991847826087, 2.7590625, 1.839375]  # fmt: skip
     assert verdict.evidence["largest"] == pytest.approx(largest, abs=1e-9)
     edge = sf.System([sf.Block(1, 0.5), sf.Block(1, 0.5, at=(0.5, 0.5))], friction=0.4)

@@ -150,6 +150,10 @@ pub(crate) const SAME_ROOT: f64 = 1e-12;
 /// body. Corners that are computed by sines and cosines have errors of some ε. A larger value would close gaps that are meant. Range: 1e-12 to 1e-6.
 pub(crate) const TOUCHING_SIDES: f64 = 1e-9;
 
+/// Height of a unit normal up to which it counts as level: a vertical joint between two bodies is then named after the later body. It decides names and signs
+/// only. Range: 1e-12 to 1e-6.
+pub(crate) const UPRIGHT_NORMAL: f64 = 1e-9;
+
 /// Part of a sum of squares that its terms may have left by rounding. Unit: size of the terms. Range: 1e-15 to 1e-12.
 pub(crate) const SQUARE_ROUNDING: f64 = 1e-14;
 

@@ -214,6 +214,7 @@ fn name(field: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
 /// bodies : {name: Rigid or Block}, or a list, whose bodies are called "1", "2", …. contacts : "touching": found where the outlines touch, two for
 /// each pair of flush sides, at the ends of their overlap, and one for a corner on a side; or SystemContact objects. friction : of contacts that are found, where no
 /// body has one. ground : height of level ground, m; or (n, 2) m, a line from left to right, with the ground below; or None. gravity : m/s². restitution : in [0, 1].
+/// tangential_restitution : in [0, 1), for impact laws that use it.
 ///
 /// `contact_modes`, `static_forces`, `friction_margin`, `stability` and `simulate` take it as the Mechanism `system.mechanism`, with q = (x, y, θ) of the centre of
 /// mass of each body; 64 contacts at most. Small motions: the directions of the contacts do not change.
@@ -233,7 +234,7 @@ pub(crate) struct PySystem(pub(crate) System);
 #[pymethods]
 impl PySystem {
     #[new]
-    #[pyo3(signature = (bodies, contacts=None, friction=0.5, ground=Some(Ground::default()), gravity=9.81, restitution=0.0, **unknown), text_signature = "(bodies, contacts=\"touching\", friction=0.5, ground=0.0, gravity=9.81, restitution=0.0)")]
+    #[pyo3(signature = (bodies, contacts=None, friction=0.5, ground=Some(Ground::default()), gravity=9.81, restitution=0.0, tangential_restitution=0.0, **unknown), text_signature = "(bodies, contacts=\"touching\", friction=0.5, ground=0.0, gravity=9.81, restitution=0.0, tangential_restitution=0.0)")]
     #[allow(clippy::too_many_arguments, reason = "the arguments of the constructor")]
     fn new(
         bodies: &Bound<'_, PyAny>,
@@ -242,12 +243,21 @@ impl PySystem {
         #[pyo3(from_py_with = read_ground)] ground: Option<Ground>,
         #[pyo3(from_py_with = input::gravity)] gravity: f64,
         #[pyo3(from_py_with = input::restitution)] restitution: f64,
+        #[pyo3(from_py_with = input::tangential_restitution)] tangential_restitution: f64,
         unknown: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<Self> {
         input::no_keywords("System", unknown)?;
         let bodies = named_bodies(bodies)?;
         let contacts = contacts.map_or(Ok(None), |given| read_contacts(given, &bodies))?;
-        let fields = SystemFields { bodies, contacts, friction, ground, gravity, restitution };
+        let fields = SystemFields {
+            bodies,
+            contacts,
+            friction,
+            ground,
+            gravity,
+            restitution,
+            tangential_restitution,
+        };
         System::new(fields).map(Self).map_err(|e| to_py(&e))
     }
 
@@ -314,6 +324,11 @@ impl PySystem {
         self.0.fields().restitution
     }
 
+    #[getter]
+    fn tangential_restitution(&self) -> f64 {
+        self.0.fields().tangential_restitution
+    }
+
     /// Number of coordinates: three for each body.
     #[getter]
     fn dof(&self) -> usize {
@@ -344,6 +359,7 @@ impl PySystem {
         keywords.set_item("ground", self.ground(py)?)?;
         keywords.set_item("gravity", self.gravity())?;
         keywords.set_item("restitution", self.restitution())?;
+        keywords.set_item("tangential_restitution", self.tangential_restitution())?;
         Ok((question(py.get_type::<Self>().into_any(), &keywords)?, ()))
     }
 }

@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use crate::assembly::rigid::Rigid;
 use crate::assembly::touching::Sides;
 use crate::body::{ContactRows, MAX_CONTACTS, MAX_DOF, Mechanism, MechanismFields};
-use crate::error::{Error, finite, friction, gravity, restitution};
+use crate::error::{Error, finite, friction, gravity, in_range, restitution};
+use crate::tolerance::UPRIGHT_NORMAL;
 
 /// The ground of an assembly.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -59,6 +60,8 @@ pub struct SystemFields {
     pub gravity: f64,
     /// Coefficient of restitution of all contacts, in [0, 1], dimensionless.
     pub restitution: f64,
+    /// Tangential restitution of all contacts, in [0, 1), dimensionless. Only some impact laws use it.
+    pub tangential_restitution: f64,
 }
 
 impl Default for SystemFields {
@@ -71,6 +74,7 @@ impl Default for SystemFields {
             ground: Some(Ground::default()),
             gravity: 9.81,
             restitution: 0.0,
+            tangential_restitution: 0.0,
         }
     }
 }
@@ -135,6 +139,12 @@ impl System {
         friction("friction", fields.friction)?;
         gravity("gravity", fields.gravity)?;
         restitution("restitution", fields.restitution)?;
+        in_range(
+            "tangential_restitution",
+            fields.tangential_restitution,
+            (0.0..1.0).contains(&fields.tangential_restitution),
+            "0 <= tangential_restitution < 1",
+        )?;
         if fields.bodies.is_empty() {
             return unusable("bodies".into(), "[]".into(), "one or more bodies");
         }
@@ -247,7 +257,13 @@ impl System {
                 all
             };
             let [tangential, normal] = self.rows(joint).map(whole);
-            ContactRows { normal, tangential, friction: joint.friction, ..ContactRows::default() }
+            ContactRows {
+                normal,
+                tangential,
+                friction: joint.friction,
+                restitution: None,
+                tangential_restitution: self.fields.tangential_restitution,
+            }
         });
         Mechanism::new(MechanismFields {
             mass_matrix,
@@ -339,7 +355,7 @@ fn touching(fields: &SystemFields, ground: Option<&Sides>) -> Result<Vec<SystemC
             };
             let mut found = body.touches(other, size);
             // The upper body is the one that is pushed along the normal.
-            let up = found.iter().all(|touch| touch.normal.y >= -UPRIGHT) || on.is_none();
+            let up = found.iter().all(|touch| touch.normal.y >= -UPRIGHT_NORMAL) || on.is_none();
             if !up {
                 found.iter_mut().for_each(|touch| touch.normal = -touch.normal);
             }
@@ -358,6 +374,3 @@ fn touching(fields: &SystemFields, ground: Option<&Sides>) -> Result<Vec<SystemC
     }
     Ok(contacts)
 }
-
-/// Height of a unit normal up to which it counts as level: a vertical joint belongs to the later body.
-const UPRIGHT: f64 = 1e-9;

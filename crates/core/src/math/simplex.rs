@@ -11,49 +11,76 @@ const PIVOTS: usize = 100;
 ///
 /// `None` if no x satisfies the rows, if the objective has no bound, or if rounding prevents convergence.
 pub(crate) fn maximise(rows: &[(Vec<f64>, f64)], objective: &[f64]) -> Option<Vec<f64>> {
-    let (m, n) = (rows.len(), objective.len());
-    // Columns: x, one artificial variable per row, right-hand side.
-    let width = n + m + 1;
-    let mut tableau: Vec<Vec<f64>> = rows
-        .iter()
-        .enumerate()
-        .map(|(i, (a, b))| {
-            let sign = if *b < 0.0 { -1.0 } else { 1.0 };
-            let mut row: Vec<f64> = a.iter().map(|value| sign * value).collect();
-            row.resize(width, 0.0);
-            row[n + i] = 1.0;
-            row[width - 1] = sign * b;
-            row
-        })
-        .collect();
-    let mut basis: Vec<usize> = (n..n + m).collect();
+    Polyhedron::of(rows, objective.len())?.maximise(objective)
+}
 
-    // First get rid of the artificial variables, then maximise.
-    let mut cost = vec![0.0; width];
-    cost[n..n + m].fill(-1.0);
-    climb(&mut tableau, &mut basis, &cost, n + m)?;
-    let missed: f64 = (0..m).filter(|&i| basis[i] >= n).map(|i| tableau[i][width - 1]).sum();
-    if missed > SIMPLEX_ZERO * width as f64 {
-        return None;
-    }
-    for i in 0..m {
-        if basis[i] >= n
-            && let Some(column) = (0..n).find(|&j| tableau[i][j].abs() > SIMPLEX_ZERO)
-        {
-            pivot(&mut tableau, &mut basis, i, column);
-        }
-    }
-    cost.fill(0.0);
-    cost[..n].copy_from_slice(objective);
-    climb(&mut tableau, &mut basis, &cost, n)?;
+/// The x ≥ 0 with A x = b, at one of its vertices.
+pub(crate) struct Polyhedron {
+    /// One row for each x_j of the basis; the right-hand side last.
+    tableau: Vec<Vec<f64>>,
+    basis: Vec<usize>,
+    count: usize,
+}
 
-    let mut x = vec![0.0; n];
-    for (i, &column) in basis.iter().enumerate() {
-        if column < n {
-            x[column] = tableau[i][width - 1];
+impl Polyhedron {
+    /// The polyhedron of these rows (a, b) in `count` unknowns; `None` if it is empty, or if rounding prevents convergence.
+    pub(crate) fn of(rows: &[(Vec<f64>, f64)], count: usize) -> Option<Self> {
+        let (m, n) = (rows.len(), count);
+        // Columns: x, one artificial variable per row, right-hand side.
+        let width = n + m + 1;
+        let mut tableau: Vec<Vec<f64>> = rows
+            .iter()
+            .enumerate()
+            .map(|(i, (a, b))| {
+                let sign = if *b < 0.0 { -1.0 } else { 1.0 };
+                let mut row: Vec<f64> = a.iter().map(|value| sign * value).collect();
+                row.resize(width, 0.0);
+                row[n + i] = 1.0;
+                row[width - 1] = sign * b;
+                row
+            })
+            .collect();
+        let mut basis: Vec<usize> = (n..n + m).collect();
+        let mut cost = vec![0.0; width];
+        cost[n..n + m].fill(-1.0);
+        climb(&mut tableau, &mut basis, &cost, n + m)?;
+        let missed: f64 = (0..m).filter(|&i| basis[i] >= n).map(|i| tableau[i][width - 1]).sum();
+        if missed > SIMPLEX_ZERO * width as f64 {
+            return None;
         }
+        for i in 0..m {
+            if basis[i] >= n
+                && let Some(column) = (0..n).find(|&j| tableau[i][j].abs() > SIMPLEX_ZERO)
+            {
+                pivot(&mut tableau, &mut basis, i, column);
+            }
+        }
+        // Without the artificial variables, and the rows that depend on others.
+        let rows = tableau.into_iter().zip(&basis).filter(|(_, column)| **column < n);
+        let tableau = rows
+            .map(|(mut row, _)| {
+                row[n] = row[width - 1];
+                row.truncate(n + 1);
+                row
+            })
+            .collect();
+        basis.retain(|column| *column < n);
+        Some(Self { tableau, basis, count })
     }
-    Some(x)
+
+    /// The vertex with the largest objective, from the vertex that was found last; `None` if there is no bound, or if rounding prevents
+    /// convergence.
+    pub(crate) fn maximise(&mut self, objective: &[f64]) -> Option<Vec<f64>> {
+        let n = self.count;
+        let mut cost = objective.to_vec();
+        cost.push(0.0);
+        climb(&mut self.tableau, &mut self.basis, &cost, n)?;
+        let mut x = vec![0.0; n];
+        for (row, &column) in self.tableau.iter().zip(&self.basis) {
+            x[column] = row[n];
+        }
+        Some(x)
+    }
 }
 
 /// Pivots until no column below `columns` improves the objective; `None` if it has no bound.

@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use crate::body::ground::Stance;
 use crate::body::posture::Posture;
-use crate::math::simplex::maximise;
+use crate::math::simplex::Polyhedron;
 use crate::math::unsigned_zero::UnsignedZero;
 use crate::stability::region::regions;
 use crate::tolerance::{TOUCH, UNBOUNDED_DIRECTION};
@@ -78,23 +78,25 @@ pub(super) fn extremes(
     count: usize,
     weight: f64,
 ) -> Option<StaticForces> {
-    maximise(held, &vec![0.0; edges.len()])?;
+    let mut loaded = Polyhedron::of(held, edges.len())?;
     // Forces that balance each other, without load.
     let mut free: Vec<_> = held.iter().map(|(row, _)| (row.clone(), 0.0)).collect();
     free.push((vec![1.0; edges.len()], 1.0));
-    let extreme = |contact: usize, axis: usize, sign: f64| {
+    let mut free = Polyhedron::of(&free, edges.len());
+    let mut extreme = |contact: usize, axis: usize, sign: f64| {
         let of = |(owner, force): &(usize, [f64; 2])| {
             if *owner == contact { sign * force[axis] } else { 0.0 }
         };
         let objective: Vec<f64> = edges.iter().map(of).collect();
         let value = |x: &[f64]| x.iter().zip(&objective).map(|(a, c)| a * c).sum::<f64>();
-        if maximise(&free, &objective).is_some_and(|x| value(&x) > UNBOUNDED_DIRECTION) {
+        let apart = free.as_mut().and_then(|free| free.maximise(&objective));
+        if apart.is_some_and(|x| value(&x) > UNBOUNDED_DIRECTION) {
             return sign * f64::INFINITY;
         }
         let unit = if weight > 0.0 { weight } else { 1.0 };
-        maximise(held, &objective).map_or(f64::NAN, |x| sign * value(&x) * unit)
+        loaded.maximise(&objective).map_or(f64::NAN, |x| sign * value(&x) * unit)
     };
-    let all = |sign: f64| {
+    let mut all = |sign: f64| {
         (0..count)
             .map(|contact| [0, 1].map(|axis| extreme(contact, axis, sign)))
             .collect::<Vec<_>>()
