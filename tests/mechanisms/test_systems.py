@@ -345,6 +345,22 @@ def test_least_thickness_of_arches():
         assert found[0] == pytest.approx(known, abs=1e-5)
 
 
+@pytest.mark.parametrize("count", [21, 25, 29, 31])
+def test_large_arches_are_those_of_a_linear_programme(count):
+    for thickness in (0.1, 0.12, 0.15):
+        system = arch(count, thickness)
+        expected = programme(system)
+        assert (sf.static_forces(system) is not None) == (expected.status == 0)
+        assert stands(system) == (expected.status == 0)
+        push = np.zeros(system.mechanism.dof)
+        push[::3] = masses(system)[::3]
+        found, expected = sf.load_factor(system, acceleration=(1, 0)), programme(system, push)  # fmt: skip
+        if expected.status == 2:
+            assert found is None
+        else:
+            assert found.static == pytest.approx(-expected.fun, rel=1e-8)
+
+
 def test_a_thin_arch_opens_five_hinges():
     for n in (5, 9, 15):
         system = arch(n, 0.08)

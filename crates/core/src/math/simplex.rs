@@ -1,6 +1,6 @@
 //! A linear programme of a few rows: max c·x subject to A x = b, x ≥ 0, by the simplex method on a dense tableau.
 //!
-//! Bland's rule: it never cycles, and the same programme gives the same bits.
+//! The first column that improves the objective enters, as in Bland's rule, and the same programme gives the same bits.
 
 use crate::tolerance::SIMPLEX_ZERO;
 
@@ -99,13 +99,25 @@ fn climb(
         else {
             return Some(());
         };
-        let leaving = (0..tableau.len())
-            .filter(|&i| tableau[i][column] > SIMPLEX_ZERO)
-            .map(|i| (tableau[i][last] / tableau[i][column], basis[i], i))
-            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))?;
-        pivot(tableau, basis, leaving.2, column);
+        let leaving = leaving(tableau, basis, column)?;
+        pivot(tableau, basis, leaving, column);
     }
     None
+}
+
+/// The row with the smallest ratio. Of rows whose ratios differ by rounding the one with the largest entry leaves: small entries spoil the
+/// tableau. `None` if no entry is positive.
+fn leaving(tableau: &[Vec<f64>], basis: &[usize], column: usize) -> Option<usize> {
+    let last = tableau.first()?.len() - 1;
+    let positive = || (0..tableau.len()).filter(|&i| tableau[i][column] > SIMPLEX_ZERO);
+    let ratio = |i: usize| tableau[i][last] / tableau[i][column];
+    // A right-hand side may be off by a rounding error: this bounds each ratio.
+    let most = positive()
+        .map(|i| (tableau[i][last].max(0.0) + SIMPLEX_ZERO) / tableau[i][column])
+        .min_by(f64::total_cmp)?;
+    positive().filter(|&i| ratio(i) <= most).max_by(|&i, &j| {
+        tableau[i][column].total_cmp(&tableau[j][column]).then(basis[j].cmp(&basis[i]))
+    })
 }
 
 fn pivot(tableau: &mut [Vec<f64>], basis: &mut [usize], row: usize, column: usize) {
