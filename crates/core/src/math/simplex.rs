@@ -77,7 +77,8 @@ impl Polyhedron {
         climb(&mut self.tableau, &mut self.basis, &cost, n)?;
         let mut x = vec![0.0; n];
         for (row, &column) in self.tableau.iter().zip(&self.basis) {
-            x[column] = row[n];
+            // Rounding may leave a right-hand side just below zero.
+            x[column] = row[n].max(0.0);
         }
         Some(x)
     }
@@ -90,7 +91,6 @@ fn climb(
     cost: &[f64],
     columns: usize,
 ) -> Option<()> {
-    let last = cost.len() - 1;
     for _ in 0..PIVOTS * cost.len() {
         let gain = |j: usize| {
             cost[j] - basis.iter().zip(&*tableau).map(|(&b, row)| cost[b] * row[j]).sum::<f64>()
