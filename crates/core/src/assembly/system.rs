@@ -149,14 +149,13 @@ impl System {
             return unusable("bodies".into(), "[]".into(), "one or more bodies");
         }
         for k in 0..fields.bodies.len() {
-            let (before, [(name, body), ..]) = fields.bodies.split_at_mut(k) else {
-                unreachable!("k < len")
-            };
-            if before.iter().any(|(other, _)| other == name) {
+            let (name, body) = fields.bodies[k].clone();
+            if fields.bodies[..k].iter().any(|(other, _)| *other == name) {
                 return unusable("bodies".into(), format!("{name:?} twice"), "different names");
             }
-            let checked = body.clone().checked();
-            *body = checked.map_err(|e| e.renamed(|field| format!("bodies.{name}.{field}")))?;
+            let checked = body.checked();
+            fields.bodies[k].1 =
+                checked.map_err(|e| e.renamed(|field| format!("bodies.{name}.{field}")))?;
         }
         let ground = ground_sides(&fields)?;
         let contacts = match &fields.contacts {
