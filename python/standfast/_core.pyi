@@ -142,6 +142,7 @@ __all__ = [
     "Sweep",
     "System",
     "SystemContact",
+    "SystemMode",
     "Verdict",
     "ZenoPoint",
     "__version__",
@@ -157,6 +158,7 @@ __all__ = [
     "load_any",
     "load_factor",
     "neimark_sacker",
+    "onset",
     "robustness",
     "schema",
     "self_similar",
@@ -480,11 +482,47 @@ class System:
     def __reduce__(self) -> tuple[Any, ...]: ...
 
 @final
+class SystemMode:
+    def __new__(
+        cls,
+        system: System,
+        word: str,
+        acceleration: npt.ArrayLike,
+        forces: npt.ArrayLike,
+        factor: float = 1.0,
+    ) -> Self: ...
+    @property
+    def system(self) -> System: ...
+    @property
+    def word(self) -> str: ...
+    @property
+    def acceleration(self) -> _Floats: ...
+    @property
+    def forces(self) -> _Floats: ...
+    @property
+    def factor(self) -> float: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
 class LoadFactor:
+    def __new__(
+        cls,
+        static: float,
+        forces: npt.ArrayLike,
+        moves: float,
+        mode: SystemMode | None,
+        complete: bool,
+    ) -> Self: ...
     @property
     def static(self) -> float: ...
     @property
     def forces(self) -> _Floats: ...
+    @property
+    def moves(self) -> float: ...
+    @property
+    def mode(self) -> SystemMode | None: ...
+    @property
+    def complete(self) -> bool: ...
     def __eq__(self, other: object, /) -> bool: ...
 
 @final
@@ -1435,6 +1473,13 @@ def load_factor(
     *,
     acceleration: npt.ArrayLike | None = None,
 ) -> LoadFactor | None: ...
+def onset(
+    system: System,
+    load: Mapping[str | int, npt.ArrayLike] | None = None,
+    *,
+    acceleration: npt.ArrayLike | None = None,
+    factor: float = 1.0,
+) -> SystemMode | None: ...
 def Block(
     width: float,
     height: float,

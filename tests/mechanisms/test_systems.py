@@ -438,6 +438,123 @@ def test_dropped_stacks_come_to_rest():
             assert run.outcome == "rest"
 
 
+# Large assemblies, and loads.
+
+
+def breach(system, mode, push=None):
+    """The largest breach of the equations of motion and of Coulomb's law by a mode, relative to gravity and the largest weight."""
+    columns, weights = equations(system)
+    load = weights if push is None else weights + mode.factor * push
+    inertia = masses(system) * mode.acceleration - load - columns @ mode.forces.ravel()
+    along, normal = (columns.T @ mode.acceleration).reshape(-1, 2).T
+    tangential, pressing = mode.forces.T
+    limit = np.array([contact.friction for contact in system.contacts]) * pressing
+    weight = np.abs(weights).max()
+    worst = [np.abs(inertia).max() / weight]
+    for k, letter in enumerate(mode.word):
+        force, motion = {
+            "S": ([abs(tangential[k]), abs(pressing[k])], [-normal[k]]),
+            "F": ([abs(tangential[k]) - limit[k]], [abs(normal[k]), abs(along[k])]),
+            "R": ([abs(tangential[k] + limit[k])], [abs(normal[k]), -along[k]]),
+            "L": ([abs(tangential[k] - limit[k])], [abs(normal[k]), along[k]]),
+        }[letter]
+        worst += [*np.array([*force, -pressing[k]]) / weight, *np.array(motion) / G]
+    return max(worst)
+
+
+def wall(rows, columns, friction):
+    """Bricks of 2 by 1 m in running bond."""
+    bricks = []
+    for row in range(rows):
+        ends = np.arange(columns + 1) * 2.0
+        if row % 2:
+            ends = np.array([0, *(ends[:-1] + 1), ends[-1]])
+        bricks += [sf.Block(b - a, 1, at=((a + b) / 2, row)) for a, b in pairwise(ends)]
+    return sf.System(bricks, friction=friction)
+
+
+def hinges(mode):
+    """The number of joints of an arch of which exactly one end opens."""
+    pairs = zip(mode.word[::2], mode.word[1::2], strict=True)
+    return sum((low == "S") != (high == "S") for low, high in pairs)
+
+
+@pytest.mark.parametrize("count", [5, 31, 301])
+def test_least_thickness_of_arches_of_any_size(count):
+    """Five hinges: with an odd number of voussoirs that of the crown is split onto the two joints beside the keystone."""
+    low, high = 0.09, 0.11
+    while high - low > 1e-6:
+        middle = (low + high) / 2
+        still = np.abs(sf.onset(arch(count, middle)).acceleration).max() < 1e-7
+        low, high = (low, middle) if still else (middle, high)
+    assert programme(arch(count, high + 1e-6)).status == 0
+    assert programme(arch(count, low - 1e-6)).status == 2
+    known = {5: 0.09498, 9: 0.10153, 301: 0.1075}
+    assert high == pytest.approx(known.get(count, high), abs=6e-6 if count < 301 else 5e-5)
+    thin = arch(count, 0.99 * low)
+    mode = sf.onset(thin)
+    assert breach(thin, mode) < 1e-9
+    assert hinges(mode) == 6
+
+
+@pytest.mark.parametrize(
+    ("rows", "columns", "friction", "push"),
+    [(15, 20, 0.6, 0.4), (15, 20, 0.3, 0.5), (15, 20, 0.3, 2.0), (6, 8, 0.6, 1.0), (10, 10, 0.5, 0.0)],
+)
+def test_walls_of_any_size_obey_coulombs_law(rows, columns, friction, push):
+    system = wall(rows, columns, friction)
+    load = masses(system) * np.tile([G, 0, 0], len(system.bodies))
+    mode = sf.onset(system, acceleration=(G, 0), factor=push)
+    assert breach(system, mode, load) < 1e-8
+    held = programme(system, load)
+    assert (np.abs(mode.acceleration).max() < 1e-6) == (held.x[-1] >= push)
+
+
+def test_load_factors_of_large_systems_are_those_of_a_linear_programme():
+    for system in (arch(61, 0.12), arch(301, 0.12), wall(8, 8, 0.6)):
+        load = masses(system) * np.tile([G, 0, 0], len(system.bodies))
+        factor = sf.load_factor(system, acceleration=(G, 0))
+        assert factor.static == pytest.approx(programme(system, load).x[-1], abs=1e-8)
+        assert factor.moves == pytest.approx(factor.static, abs=2e-3)
+        columns, weights = equations(system)
+        left = columns @ factor.forces.ravel() + weights + factor.static * load
+        assert np.abs(left).max() < 1e-7 * np.abs(weights).max()
+
+
+def test_a_block_between_walls_is_held_by_statics_and_may_fall():
+    beside = [
+        sf.SystemContact("block", None, (x, y), slope, 0.8)
+        for x, slope in ((-0.5, -np.pi / 2), (0.5, np.pi / 2))
+        for y in (0, 1)
+    ]
+    system = sf.System({"block": sf.Block(1, 1)}, contacts=beside, ground=None)
+    factor = sf.load_factor(system, acceleration=(0, -1))
+    assert (factor.static, factor.moves, factor.complete) == (np.inf, 0, True)
+    assert factor.mode.word == "RRLL"
+    assert factor.mode.acceleration == pytest.approx([0, -G, 0], abs=1e-9)
+    assert sf.contact_modes(system).consistent == ["FFFF", "RRLL"]
+    assert sf.onset(system).word == "FFFF"
+    assert pickle.loads(pickle.dumps(factor)) == factor == copy.deepcopy(factor)
+
+
+def test_the_least_multiple_that_moves_is_the_static_one_of_random_stacks():
+    """Level stacks have one motion or rest for each load: where statics ends, they move."""
+    rng = np.random.default_rng(12)
+    seen = 0
+    for _ in range(30):
+        system = stack(rng)
+        load = masses(system) * np.tile([1.0, 0, 0], len(system.bodies))
+        factor = sf.load_factor(system, acceleration=(1, 0))
+        if factor is None or not np.isfinite(factor.static):
+            continue
+        assert factor.moves <= factor.static + 1e-7
+        mode = factor.mode
+        assert breach(system, mode, load) < 1e-8
+        assert np.abs(mode.acceleration).max() > 1e-7
+        seen += factor.complete
+    assert seen > 5
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

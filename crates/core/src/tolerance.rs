@@ -211,6 +211,52 @@ pub(crate) const UNIT_TANGENT: f64 = 1e-12;
 #[cfg(feature = "qp")]
 pub(crate) const QP_ZERO: [f64; 3] = [0.0, 1e-6, 1e-4];
 
+/// Accuracy of convex programmes with few entries in each row. Relative. Clarabel reaches it for assemblies of 300 bodies. Range: 1e-11 to 1e-8.
+#[cfg(feature = "qp")]
+pub(crate) const SPARSE_ACCURACY: f64 = 1e-10;
+
+/// Finest accuracy of such programmes. Relative. Asked of one programme whose solution at `SPARSE_ACCURACY` breaks Coulomb's law by more than `LAW`; with 300 bodies Clarabel
+/// does not always reach it. Range: 1e-13 to 1e-11.
+#[cfg(feature = "qp")]
+pub(crate) const SPARSE_FINEST: f64 = 1e-12;
+
+/// Accuracy with which such a programme is accepted where Clarabel goes no further. Relative. Range: 1e-9 to 1e-7.
+#[cfg(feature = "qp")]
+pub(crate) const SPARSE_REDUCED: f64 = 1e-8;
+
+/// Breach of Coulomb's law, a force or an acceleration, up to which a contact mode of a large assembly is accepted. Unit: largest component of the load, in the
+/// mass metric. Range: 1e-9 to 1e-7.
+#[cfg(feature = "qp")]
+pub(crate) const LAW: f64 = 1e-9;
+
+/// Change of the sliding accelerations from one convex programme to the next below which the words of their solutions are solved. Unit: largest component of the
+/// load. Range: 1e-4 to 1e-1.
+#[cfg(feature = "qp")]
+pub(crate) const NEAR_FIXED_POINT: f64 = 1e-2;
+
+/// Singular value of the changes of the last programmes that counts as zero in the extrapolation from them. Relative to the largest one. A smaller value
+/// extrapolates from errors of the programmes. Range: 1e-10 to 1e-4.
+#[cfg(feature = "qp")]
+pub(crate) const DEPENDENT_STEP: f64 = 1e-8;
+
+/// Least acceleration of a contact, normal or along, of a word that counts as one that moves. Unit: largest component of the load, in the mass metric. The
+/// least multiple of a load at which an assembly moves is off by the multiples that belong to smaller accelerations, about as much. Range: 1e-8 to 1e-4.
+pub(crate) const LEAST_MOTION: f64 = 1e-6;
+
+/// Acceleration of a contact of a mode that is shown, in the same unit: large enough that errors of linear programmes do not count. Range: 1e-6 to 1e-3.
+pub(crate) const SHOWN_MOTION: f64 = 1e-5;
+
+/// Distance above the static factor of a load at which the mode is asked that begins there. Unit: largest component of gravity, in the mass metric. Larger than the
+/// error of the factor. Range: 1e-8 to 1e-4.
+pub(crate) const JUST_ABOVE: f64 = 1e-6;
+
+/// The same distance for assemblies with too many contacts for a mechanism, whose modes are known to fewer digits. Range: 1e-4 to 1e-2.
+pub(crate) const ABOVE_LARGE: f64 = 1e-3;
+
+/// Breach of Coulomb's law, a force or an acceleration, that counts as zero in a linear programme. Unit: largest component of the load, in the mass metric.
+/// Less than `LEAST_MOTION`. Range: 1e-11 to 1e-8.
+pub(crate) const BROKEN_LAW: f64 = 1e-9;
+
 /// Accelerations below which a solution found by pivoting counts as zero; they are tried in this order. Unit: load. Pivots leave rounding errors.
 /// Range: 0 to 1e-6.
 #[cfg(feature = "qp")]

@@ -4,7 +4,8 @@ use numpy::{PyArray1, PyArrayDyn, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use standfast::Error;
-use standfast::assembly::{Ground, Load, LoadFactor, Rigid, System, SystemContact, SystemFields};
+use standfast::assembly::{Ground, Load, Rigid, System, SystemContact, SystemFields, SystemMode};
+use standfast::modes::Mode;
 
 use crate::convert::{array, counted, float, pair_text, question};
 use crate::error::to_py;
@@ -441,7 +442,36 @@ fn read_ground(value: &Bound<'_, PyAny>) -> PyResult<Option<Ground>> {
     input::ground_height(value).map(|height| Some(Ground::Level(height)))
 }
 
-/// The largest multiple of a load that a System holds.
+/// A load, or none.
+fn read_load(
+    system: &System,
+    load: Option<&Bound<'_, PyDict>>,
+    acceleration: Option<&Bound<'_, PyAny>>,
+) -> PyResult<Option<Load>> {
+    match (load, acceleration) {
+        (None, None) => Ok(None),
+        (Some(load), None) => {
+            let wrench = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
+                let called = name("load", &key)?;
+                let body = body_called(&system.fields().bodies, "load", &called)?;
+                Ok((body, input::wrench(&value)?))
+            };
+            Ok(Some(Load::Wrenches(load.iter().map(wrench).collect::<PyResult<_>>()?)))
+        }
+        (None, Some(value)) => Ok(Some(Load::Acceleration(input::acceleration(value)?))),
+        (Some(_), Some(_)) => Err(to_py(&Error::Unusable {
+            field: "load".into(),
+            value: "load and acceleration".into(),
+            allowed: "either load or acceleration".into(),
+        })),
+    }
+}
+
+fn some_system<'a>(value: &'a Bound<'_, PyAny>) -> PyResult<&'a Bound<'a, PySystem>> {
+    value.cast::<PySystem>().map_err(|_| input::wrong_type("system", value, "a System is needed"))
+}
+
+/// How much of a load a System holds: the largest multiple that contact forces can balance, and the smallest at which a contact mode moves.
 ///
 /// system : System. load : {body: (fx, fy, moment)}, N and N m about its centre of mass. acceleration : (2,) m/s², in place of load: it acts like
 /// gravity on every body.
@@ -452,8 +482,9 @@ fn read_ground(value: &Bound<'_, PyAny>) -> PyResult<Option<Ground>> {
 ///
 /// >>> import standfast as sf
 /// >>> brick = sf.System([sf.Block(2, 1)], gravity=10)      # friction 1/2
-/// >>> round(sf.load_factor(brick, acceleration=(1, 0)).static, 12)
-/// 5.0
+/// >>> factor = sf.load_factor(brick, acceleration=(1, 0))
+/// >>> round(factor.static, 9), round(factor.moves, 9), factor.mode.word
+/// (5.0, 5.0, 'RR')
 #[pyfunction]
 #[pyo3(signature = (system, load=None, *, acceleration=None))]
 pub(crate) fn load_factor(
@@ -461,51 +492,201 @@ pub(crate) fn load_factor(
     load: Option<&Bound<'_, PyDict>>,
     acceleration: Option<&Bound<'_, PyAny>>,
 ) -> PyResult<Option<PyLoadFactor>> {
-    let needed = "a System is needed";
-    let found = system.cast::<PySystem>();
-    let system = &found.map_err(|_| input::wrong_type("system", system, needed))?.get().0;
-    let load = match (load, acceleration) {
-        (Some(load), None) => {
-            let wrench = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
-                let called = name("load", &key)?;
-                let body = body_called(&system.fields().bodies, "load", &called)?;
-                Ok((body, input::wrench(&value)?))
-            };
-            Load::Wrenches(load.iter().map(wrench).collect::<PyResult<_>>()?)
-        }
-        (None, Some(value)) => Load::Acceleration(input::acceleration(value)?),
-        _ => {
-            return Err(to_py(&Error::Unusable {
-                field: "load".into(),
-                value: if load.is_some() { "load and acceleration" } else { "None" }.into(),
-                allowed: "either load or acceleration".into(),
-            }));
-        }
+    let owner = some_system(system)?;
+    let Some(load) = read_load(&owner.get().0, load, acceleration)? else {
+        return Err(to_py(&Error::Unusable {
+            field: "load".into(),
+            value: "None".into(),
+            allowed: "either load or acceleration".into(),
+        }));
     };
-    let found = system.load_factor(&load).map_err(|e| to_py(&e))?;
-    Ok(found.map(PyLoadFactor))
+    let system = owner.get().clone();
+    let found = owner.py().detach(|| system.0.load_factor(&load)).map_err(|e| to_py(&e))?;
+    Ok(found.map(|found| PyLoadFactor {
+        statics: found.statics,
+        forces: found.forces,
+        moves: found.moves,
+        mode: found.mode.map(|mode| PySystemMode { system, mode }),
+        complete: found.complete,
+    }))
 }
 
-/// How much of a load a System holds.
-#[pyclass(frozen, eq, name = "LoadFactor", module = "standfast")]
+/// One contact mode of a System at rest, of any size: it holds, or this is how it begins to move.
+///
+/// system : System. load, acceleration : as for `load_factor`, or none. factor : the multiple of the load that acts beside gravity.
+///
+/// Returns a SystemMode; None if none was found. Forces that hold the system come first; of several other modes it is one. `contact_modes` finds all modes of up to six contacts.
+///
+/// Raises ValueError naming the argument.
+///
+/// >>> import standfast as sf
+/// >>> bricks = sf.System([sf.Block(2, 1, at=(0, k)) for k in range(100)], gravity=10)
+/// >>> mode = sf.onset(bricks, acceleration=(10, 0), factor=0.7)      # friction 1/2: all slide on the ground
+/// >>> bool(abs(mode.acceleration[::3] - 2).max() < 1e-9)
+/// True
+#[pyfunction]
+#[pyo3(signature = (system, load=None, *, acceleration=None, factor=1.0))]
+pub(crate) fn onset(
+    system: &Bound<'_, PyAny>,
+    load: Option<&Bound<'_, PyDict>>,
+    acceleration: Option<&Bound<'_, PyAny>>,
+    #[pyo3(from_py_with = input::factor)] factor: f64,
+) -> PyResult<Option<PySystemMode>> {
+    let owner = some_system(system)?;
+    let load = read_load(&owner.get().0, load, acceleration)?;
+    let system = owner.get().clone();
+    let found = owner.py().detach(|| system.0.onset(load.as_ref(), factor));
+    Ok(found.map_err(|e| to_py(&e))?.map(|mode| PySystemMode { system, mode }))
+}
+
+/// A contact mode of a System at rest.
+///
+/// system : System. word : a letter for each contact: S separate, F fixed, R or L sliding. acceleration : (dof,) x, y and theta of each body, m/s² and rad/s². forces :
+/// (contacts, 2) tangential and normal, N; where several are possible, one of them. factor : the multiple of the load that acts beside gravity.
+#[pyclass(frozen, eq, name = "SystemMode", module = "standfast")]
 #[derive(Clone, PartialEq)]
-pub(crate) struct PyLoadFactor(LoadFactor);
+pub(crate) struct PySystemMode {
+    system: PySystem,
+    mode: SystemMode,
+}
 
 #[pymethods]
-impl PyLoadFactor {
-    /// The largest multiple of the load that contact forces within the friction cones can balance; inf if there is no bound.
-    #[getter]
-    fn r#static(&self) -> f64 {
-        self.0.statics
+impl PySystemMode {
+    #[new]
+    #[pyo3(signature = (system, word, acceleration, forces, factor=1.0))]
+    fn new(
+        system: &Bound<'_, PyAny>,
+        word: &str,
+        #[pyo3(from_py_with = input::coordinate_accelerations)] acceleration: Vec<f64>,
+        #[pyo3(from_py_with = input::contact_forces)] forces: Vec<[f64; 2]>,
+        #[pyo3(from_py_with = input::factor)] factor: f64,
+    ) -> PyResult<Self> {
+        let system = some_system(system)?.get().clone();
+        let letter = |letter| Mode::ALL.into_iter().find(|mode| mode.letter() == letter);
+        let letters: Option<Vec<Mode>> = word.chars().map(letter).collect();
+        let contacts = system.0.contacts().len();
+        let wrong = |field: &str, value: String, allowed: String| {
+            Err(to_py(&Error::Unusable { field: field.into(), value, allowed }))
+        };
+        let Some(letters) = letters.filter(|letters| letters.len() == contacts) else {
+            let allowed = format!("{contacts} of the letters S, F, R, L, one for each contact");
+            return wrong("word", format!("{word:?}"), allowed);
+        };
+        if acceleration.len() != system.dof() {
+            let allowed = format!("one entry for each of the {} coordinates", system.dof());
+            return wrong("acceleration", format!("[{} entries]", acceleration.len()), allowed);
+        }
+        if forces.len() != contacts {
+            let allowed = format!("a pair for each of the {contacts} contacts");
+            return wrong("forces", format!("[{} pairs]", forces.len()), allowed);
+        }
+        Ok(Self { system, mode: SystemMode { word: letters, factor, acceleration, forces } })
     }
 
-    /// Contact forces (tangential, normal) that balance it, (contacts, 2) N.
+    #[getter]
+    fn system(&self) -> PySystem {
+        self.system.clone()
+    }
+
+    #[getter]
+    fn word(&self) -> String {
+        self.mode.word.iter().map(|mode| mode.letter()).collect()
+    }
+
+    #[getter]
+    fn factor(&self) -> f64 {
+        self.mode.factor
+    }
+
+    #[getter]
+    fn acceleration<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        self.mode.acceleration.to_pyarray(py)
+    }
+
     #[getter]
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
-        array(py, self.0.forces.concat(), &[self.0.forces.len(), 2])
+        array(py, self.mode.forces.concat(), &[self.mode.forces.len(), 2])
     }
 
     fn __repr__(&self) -> String {
-        format!("<LoadFactor: static {}>", float(self.0.statics))
+        let word = self.word();
+        let short = if word.len() > 40 { format!("{}…", &word[..40]) } else { word };
+        format!("<SystemMode: {short}>")
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let arguments =
+            (self.system(), self.word(), self.acceleration(py), self.forces(py)?, self.factor());
+        Ok((py.get_type::<Self>().into_any(), arguments.into_pyobject(py)?.into_any()))
+    }
+}
+
+/// How much of a load a System holds.
+///
+/// static : the largest multiple of the load that contact forces within the friction cones can balance; inf if there is no bound. forces : (contacts, 2) tangential and
+/// normal, N, that balance it (without the load if there is no bound). moves : the least multiple at which a contact opens or slides in a contact mode; inf if none does. It is less
+/// than `static` where forces can balance what need not stand. mode : a SystemMode that moves, at a load just above; or None. complete : whether `moves` is the least of all words; of systems of more than eight contacts only the word just above
+/// the static factor is tried.
+#[pyclass(frozen, eq, name = "LoadFactor", module = "standfast")]
+#[derive(Clone, PartialEq)]
+pub(crate) struct PyLoadFactor {
+    statics: f64,
+    forces: Vec<[f64; 2]>,
+    moves: f64,
+    mode: Option<PySystemMode>,
+    complete: bool,
+}
+
+#[pymethods]
+impl PyLoadFactor {
+    #[new]
+    fn new(
+        r#static: f64,
+        #[pyo3(from_py_with = input::contact_forces)] forces: Vec<[f64; 2]>,
+        moves: f64,
+        mode: Option<Bound<'_, PySystemMode>>,
+        complete: bool,
+    ) -> Self {
+        Self {
+            statics: r#static,
+            forces,
+            moves,
+            mode: mode.map(|mode| mode.get().clone()),
+            complete,
+        }
+    }
+
+    #[getter]
+    fn r#static(&self) -> f64 {
+        self.statics
+    }
+
+    #[getter]
+    fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        array(py, self.forces.concat(), &[self.forces.len(), 2])
+    }
+
+    #[getter]
+    fn moves(&self) -> f64 {
+        self.moves
+    }
+
+    #[getter]
+    fn mode(&self) -> Option<PySystemMode> {
+        self.mode.clone()
+    }
+
+    #[getter]
+    fn complete(&self) -> bool {
+        self.complete
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<LoadFactor: static {}, moves {}>", self.statics, self.moves)
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
+        let arguments = (self.statics, self.forces(py)?, self.moves, self.mode(), self.complete);
+        Ok((py.get_type::<Self>().into_any(), arguments.into_pyobject(py)?.into_any()))
     }
 }

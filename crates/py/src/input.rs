@@ -266,7 +266,7 @@ macro_rules! arguments {
 arguments! {
     real -> f64: width, height, radius, mass, gyration_radius, restitution, gravity, half_length, slope, friction;
     real -> f64: tangential_restitution, theta, omega, time, neighbourhood, energy, fps, speed, start, end, rtol;
-    real -> f64: inertia, torque, angle, surface_speed, scale, turn, density;
+    real -> f64: inertia, torque, angle, surface_speed, scale, turn, density, factor;
     per_piece -> Vec<Option<f64>>: terrain_friction, terrain_restitution, terrain_speed;
     optional -> Option<f64>: time_limit, sensitivity_limit, center, at, duration, at_most;
     series -> Vec<f64>: normal, tangential, load, torques;
@@ -289,6 +289,16 @@ pub(crate) fn given<'py>(value: &Bound<'py, PyAny>) -> PyResult<Option<Bound<'py
 /// Rates of all coordinates of a mechanism.
 pub(crate) fn coordinate_rates(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
     series("qdot", value)
+}
+
+/// Accelerations of all coordinates of a system.
+pub(crate) fn coordinate_accelerations(value: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
+    series("acceleration", value)
+}
+
+/// A force (tangential, normal) for each contact.
+pub(crate) fn contact_forces(value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
+    pairs("forces", value)
 }
 
 /// The error for kicks, forces or a motion of the ground with a mechanism.

@@ -37,7 +37,9 @@ mod _core {
     #[pymodule_export]
     use crate::ask::ask;
     #[pymodule_export]
-    use crate::assembly::{PyLoadFactor, PyRigid, PySystem, PySystemContact, block, load_factor};
+    use crate::assembly::{
+        PyLoadFactor, PyRigid, PySystem, PySystemContact, PySystemMode, block, load_factor, onset,
+    };
     #[pymodule_export]
     use crate::batch::{PyRuns, simulate_many};
     #[pymodule_export]

@@ -1,13 +1,18 @@
 //! How much of a load an assembly holds.
 //!
 //! A load grows from zero in proportion: gravity + α · load. The *static* factor is the largest α for which contact forces within the friction cones
-//! balance it: one linear programme. Forces that balance a load need not be those that act.
+//! balance it: one linear programme. Forces that balance a load need not be those that act: the least α at which a contact mode *moves* may be smaller.
 
 use serde::Serialize;
 
+use crate::assembly::least::least;
+use crate::assembly::onset::SystemMode;
+use crate::assembly::scaled::Scaled;
 use crate::assembly::system::System;
 use crate::error::{Error, finite};
-use crate::math::simplex::maximise;
+use crate::math::Sparse;
+use crate::math::linear::{Failure, maximise};
+use crate::tolerance::{ABOVE_LARGE, JUST_ABOVE};
 
 /// A load on an assembly: wrenches on bodies, or an acceleration of all of them.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,8 +29,16 @@ pub struct LoadFactor {
     /// The factor; ∞ if there is no bound.
     #[serde(with = "crate::serial::numbers::extended")]
     pub statics: f64,
-    /// Contact forces (tangential, normal) that balance the load at this factor, in N; those without the load if there is no bound.
+    /// Contact forces (tangential, normal) that balance the load at this factor, in N; if there is no bound, the least that balance some multiple.
     pub forces: Vec<[f64; 2]>,
+    /// The least multiple at which a contact mode opens a contact or slides, of the words that were tried; ∞ if none of them moves. It may be less than the static factor:
+    /// forces can balance what need not stand.
+    #[serde(with = "crate::serial::numbers::extended")]
+    pub moves: f64,
+    /// A mode that moves, at a load just above that.
+    pub mode: Option<SystemMode>,
+    /// Whether all words were tried, so that `moves` is the least multiple. Of assemblies with many contacts only the word just above the static factor is tried.
+    pub complete: bool,
 }
 
 impl System {
@@ -72,6 +85,11 @@ impl System {
         Ok(all)
     }
 
+    /// Distance above the static factor at which a mode is asked: modes of large assemblies are known to fewer digits.
+    fn just_above(&self) -> f64 {
+        if self.is_large() { ABOVE_LARGE } else { JUST_ABOVE }
+    }
+
     /// The largest multiple of this load, beside gravity, that forces within the friction cones can balance; `None` if they balance no
     /// multiple α ≥ 0 of it.
     ///
@@ -91,63 +109,78 @@ impl System {
     /// As [`System::generalised`].
     pub fn load_factor(&self, load: &Load) -> Result<Option<LoadFactor>, Error> {
         let direction = self.generalised(load)?;
-        let weights = self.weights();
-        let edges: Vec<(usize, [f64; 2])> = self
-            .contacts()
-            .iter()
-            .enumerate()
-            .flat_map(|(k, joint)| {
-                let sides: &[f64] = if joint.friction == 0.0 { &[0.0] } else { &[1.0, -1.0] };
-                sides.iter().map(move |side| (k, [side * joint.friction, 1.0]))
-            })
-            .collect();
-        let mut columns = vec![vec![0.0; edges.len() + 1]; weights.len()];
-        for (at, (contact, [t, n])) in edges.iter().enumerate() {
-            let [tangential, normal] = self.rows(&self.contacts()[*contact]);
-            for (row, part) in [(tangential, t), (normal, n)] {
-                for (body, values) in row {
-                    for (axis, value) in values.into_iter().enumerate() {
-                        columns[3 * body + axis][at] += part * value;
-                    }
-                }
+        let scaled = Scaled::new(self, &direction);
+        let (multiple, forces) = match statics(&scaled) {
+            Statics::None => return Ok(None),
+            Statics::Stuck => {
+                return Err(Error::Solver("the linear programme of the forces".into()));
             }
-        }
-        // Rows in units of the largest weight and of the sizes of the bodies; α in units in which the load is as large.
-        let largest = |values: &[f64]| {
-            values.iter().enumerate().map(|(k, v)| v.abs() / self.unit(k)).fold(0.0, f64::max)
+            Statics::Bound(multiple, forces) => (multiple, forces),
+            Statics::NoBound(forces) => (f64::INFINITY, forces),
         };
-        let (weight, push) = (largest(&weights), largest(&direction));
-        let force = if weight > 0.0 { weight } else { push };
-        let mut rows: Vec<(Vec<f64>, f64)> = Vec::new();
-        for (k, mut row) in columns.into_iter().enumerate() {
-            row.iter_mut().for_each(|value| *value /= self.unit(k));
-            row[edges.len()] = direction[k] / (push * self.unit(k));
-            rows.push((row, -weights[k] / (force * self.unit(k))));
-        }
-        let mut objective = vec![0.0; edges.len()];
-        objective.push(1.0);
-        let Some(held) = maximise(&rows, &vec![0.0; edges.len() + 1]) else { return Ok(None) };
-        let mut free: Vec<(Vec<f64>, f64)> =
-            rows.iter().map(|(row, _)| (row.clone(), 0.0)).collect();
-        free.push((vec![1.0; edges.len() + 1], 1.0));
-        let unbounded = maximise(&free, &objective)
-            .is_some_and(|x| x[edges.len()] > crate::tolerance::UNBOUNDED_DIRECTION);
-        let most = if unbounded { None } else { maximise(&rows, &objective) };
-        let (statics, weights) = match most {
-            Some(found) => (found[edges.len()] * force / push, found),
-            None => (f64::INFINITY, held),
+        let statics = multiple * scaled.unit;
+        // What holds no more has to move: a mode just above.
+        let above = multiple + self.just_above();
+        let known = match statics.is_finite() {
+            true => self.begins(&direction, above * scaled.unit)?,
+            false => None,
         };
-        let mut forces = vec![[0.0; 2]; self.contacts().len()];
-        for ((contact, edge), part) in edges.iter().zip(&weights) {
-            for axis in [0, 1] {
-                forces[*contact][axis] += edge[axis] * part * force;
-            }
-        }
-        Ok(Some(LoadFactor { statics, forces }))
+        let y = known.as_ref().map(|mode| scaled.y(&mode.acceleration));
+        let pair = known.as_ref().zip(y.as_ref());
+        let least = least(&scaled, pair.map(|(mode, y)| (&mode.word[..], &y[..], above)));
+        let mode = if self.is_large() && least.multiple.is_finite() {
+            known
+        } else {
+            least.mode.map(|mode| scaled.mode(mode.word, mode.multiple * scaled.unit, &mode.forces))
+        };
+        Ok(Some(LoadFactor {
+            statics,
+            forces: scaled.forces(&forces),
+            moves: least.multiple * scaled.unit,
+            mode,
+            complete: least.complete,
+        }))
     }
+}
 
-    /// Unit of a coordinate: 1, or the size of the body.
-    fn unit(&self, coordinate: usize) -> f64 {
-        if coordinate % 3 == 2 { self.fields().bodies[coordinate / 3].1.size() } else { 1.0 }
+/// The largest multiple that forces balance.
+enum Statics {
+    /// No multiple ≥ 0.
+    None,
+    /// The multiple, and forces that balance it.
+    Bound(f64, Vec<[f64; 2]>),
+    /// Every multiple, and the least forces that balance some multiple.
+    NoBound(Vec<[f64; 2]>),
+    /// Rounding prevents the answer.
+    Stuck,
+}
+
+/// The rows of gravity + α load + forces = 0: entries of the weights of the edges, then of α; and the right-hand sides.
+fn balance(scaled: &Scaled, edges: &[(usize, [f64; 2])]) -> Vec<(Sparse, f64)> {
+    let mut rows: Vec<(Sparse, f64)> =
+        scaled.gravity.iter().map(|pull| (Vec::new(), -pull)).collect();
+    for (at, (contact, edge)) in edges.iter().enumerate() {
+        scaled.pushed(*contact, *edge).iter().for_each(|(k, value)| rows[*k].0.push((at, *value)));
+    }
+    for (k, value) in scaled.load.iter().enumerate().filter(|(_, value)| **value != 0.0) {
+        rows[k].0.push((edges.len(), *value));
+    }
+    rows
+}
+
+fn statics(scaled: &Scaled) -> Statics {
+    let edges = scaled.edges();
+    let rows = balance(scaled, &edges);
+    let mut objective = vec![0.0; edges.len() + 1];
+    objective[edges.len()] = 1.0;
+    match maximise(&rows, &objective) {
+        Ok(found) => Statics::Bound(found[edges.len()], scaled.sum(&edges, &found)),
+        Err(Failure::Empty) => Statics::None,
+        Err(Failure::Stuck) => Statics::Stuck,
+        Err(Failure::Unbounded) => {
+            let least: Vec<f64> = vec![-1.0; edges.len() + 1];
+            maximise(&rows, &least)
+                .map_or(Statics::Stuck, |found| Statics::NoBound(scaled.sum(&edges, &found)))
+        }
     }
 }

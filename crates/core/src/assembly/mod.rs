@@ -3,11 +3,15 @@
 //! A [`System`] is a [`Mechanism`](crate::body::Mechanism) with names, made of bodies in their places: its contacts are found where their outlines touch. Each
 //! body has the coordinates (x, y, θ) of its centre of mass, measured from the posture.
 
+mod least;
 mod load;
+mod onset;
 mod rigid;
+mod scaled;
 mod system;
 mod touching;
 
 pub use load::{Load, LoadFactor};
+pub use onset::SystemMode;
 pub use rigid::Rigid;
 pub use system::{Ground, System, SystemContact, SystemFields};

@@ -11,6 +11,7 @@ pub(crate) mod extents;
 pub(crate) mod interval;
 pub(crate) mod least_distance;
 pub(crate) mod lemke;
+pub(crate) mod linear;
 pub(crate) mod mass_vector;
 pub(crate) mod orientation;
 pub(crate) mod orthonormal;
@@ -19,8 +20,13 @@ pub(crate) mod real;
 pub(crate) mod roots;
 pub(crate) mod series;
 pub(crate) mod simplex;
+#[cfg(feature = "qp")]
+pub(crate) mod sparse;
 pub(crate) mod turn;
 pub(crate) mod unsigned_zero;
+
+/// The entries of a row that are not zero, by column.
+pub(crate) type Sparse = Vec<(usize, f64)>;
 
 /// Σ a b as if computed with twice the number of digits and rounded at the end [Ogita, Rump & Oishi 2005, Dot2].
 #[inline]

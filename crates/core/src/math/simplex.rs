@@ -91,15 +91,17 @@ fn climb(
     cost: &[f64],
     columns: usize,
 ) -> Option<()> {
+    let mut inside = vec![false; cost.len()];
+    basis.iter().for_each(|&b| inside[b] = true);
     for _ in 0..PIVOTS * cost.len() {
-        let gain = |j: usize| {
-            cost[j] - basis.iter().zip(&*tableau).map(|(&b, row)| cost[b] * row[j]).sum::<f64>()
-        };
-        let Some(column) = (0..columns).find(|&j| !basis.contains(&j) && gain(j) > SIMPLEX_ZERO)
-        else {
-            return Some(());
-        };
+        // Most of the basis costs nothing.
+        let costly: Vec<usize> = (0..basis.len()).filter(|&i| cost[basis[i]] != 0.0).collect();
+        let paid = |j: usize| costly.iter().map(|&i| cost[basis[i]] * tableau[i][j]).sum::<f64>();
+        let improves = |j: &usize| !inside[*j] && cost[*j] - paid(*j) > SIMPLEX_ZERO;
+        let Some(column) = (0..columns).find(improves) else { return Some(()) };
         let leaving = leaving(tableau, basis, column)?;
+        inside[basis[leaving]] = false;
+        inside[column] = true;
         pivot(tableau, basis, leaving, column);
     }
     None
