@@ -234,10 +234,10 @@ pub(crate) const LAW: f64 = 1e-9;
 #[cfg(feature = "qp")]
 pub(crate) const NEAR_FIXED_POINT: f64 = 1e-2;
 
-/// Singular value of the changes of the last programmes that counts as zero in the extrapolation from them. Relative to the largest one. A smaller value
-/// extrapolates from errors of the programmes. Range: 1e-10 to 1e-4.
+/// What is added to the squares of the changes of the last programmes in the extrapolation from them, where some depend on others. Relative to the sum of these squares. A smaller value
+/// extrapolates from errors of the programmes. Range: 1e-14 to 1e-8.
 #[cfg(feature = "qp")]
-pub(crate) const DEPENDENT_STEP: f64 = 1e-8;
+pub(crate) const DEPENDENT_STEP: f64 = 1e-14;
 
 /// Least acceleration of a contact, normal or along, of a word that counts as one that moves. Unit: largest component of the load, in the mass metric. The
 /// least multiple of a load at which an assembly moves is off by the multiples that belong to smaller accelerations, about as much. Range: 1e-8 to 1e-4.

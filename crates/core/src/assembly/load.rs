@@ -8,20 +8,11 @@ use serde::Serialize;
 use crate::assembly::least::least;
 use crate::assembly::onset::SystemMode;
 use crate::assembly::scaled::Scaled;
-use crate::assembly::system::System;
+use crate::assembly::system::{Load, System};
 use crate::error::{Error, finite};
 use crate::math::Sparse;
 use crate::math::linear::{Failure, maximise};
 use crate::tolerance::{ABOVE_LARGE, JUST_ABOVE};
-
-/// A load on an assembly: wrenches on bodies, or an acceleration of all of them.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Load {
-    /// (body, from 0; force x, y in N; moment about its centre of mass in N m).
-    Wrenches(Vec<(usize, [f64; 3])>),
-    /// An acceleration that acts like gravity on every body, in m/s²: (1, 0) pushes to the right.
-    Acceleration([f64; 2]),
-}
 
 /// The largest multiple of a load that contact forces can balance, and what they are.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -11,7 +11,7 @@ mod scaled;
 mod system;
 mod touching;
 
-pub use load::{Load, LoadFactor};
+pub use load::LoadFactor;
 pub use onset::SystemMode;
 pub use rigid::Rigid;
-pub use system::{Ground, System, SystemContact, SystemFields};
+pub use system::{Ground, Load, System, SystemContact, SystemFields};

@@ -12,9 +12,8 @@
 
 use serde::Serialize;
 
-use crate::assembly::load::Load;
 use crate::assembly::scaled::Scaled;
-use crate::assembly::system::System;
+use crate::assembly::system::{Load, System};
 use crate::body::{MAX_CONTACTS, MAX_DOF, Mechanism};
 use crate::error::{Error, finite};
 use crate::modes::{MechanismProblem, Method, Mode, contact_modes};
@@ -186,9 +185,11 @@ mod large {
             };
             let changes = columns(&|(_, earlier)| change - earlier);
             let shifts = columns(&|(earlier, _)| shift - earlier);
-            let svd = changes.clone().svd(true, true);
-            let zero = DEPENDENT_STEP * svd.singular_values.max();
-            if let Ok(weights) = svd.solve(change, zero) {
+            let mut squares = changes.tr_mul(&changes);
+            let zero = DEPENDENT_STEP * squares.trace();
+            (0..before.len()).for_each(|k| squares[(k, k)] += zero);
+            if let Some(squares) = squares.cholesky() {
+                let weights = squares.solve(&changes.tr_mul(change));
                 next -= (shifts + changes) * weights;
             }
         }

@@ -44,6 +44,15 @@ pub struct SystemContact {
     pub friction: f64,
 }
 
+/// A load on an assembly: wrenches on bodies, or an acceleration of all of them.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Load {
+    /// (body, from 0; force x, y in N; moment about its centre of mass in N m).
+    Wrenches(Vec<(usize, [f64; 3])>),
+    /// An acceleration that acts like gravity on every body, in m/s²: (1, 0) pushes to the right.
+    Acceleration([f64; 2]),
+}
+
 /// The fields of an assembly, before validation. SI units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
