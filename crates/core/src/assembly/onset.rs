@@ -133,6 +133,11 @@ mod large {
     use crate::math::sparse::Programme;
     use crate::tolerance::{DEPENDENT_STEP, LAW, NEAR_FIXED_POINT, SPARSE_ACCURACY, SPARSE_FINEST};
 
+    /// Shifts, and their change by a programme.
+    type Step = (DVector<f64>, DVector<f64>);
+    /// y, its word, and the forces.
+    type Near = (Vec<f64>, Vec<Mode>, Vec<[f64; 2]>);
+
     /// Largest number of programmes.
     const ROUNDS: usize = 40;
     /// Number of programmes from which the next one is extrapolated.
@@ -145,7 +150,7 @@ mod large {
         let n = scaled.count();
         let mut tried: Vec<Vec<Mode>> = Vec::new();
         let mut shift = vec![0.0; n];
-        let mut history: Vec<(DVector<f64>, DVector<f64>)> = Vec::new();
+        let mut history: Vec<Step> = Vec::new();
         for _ in 0..ROUNDS {
             let (y, word, forces) = nearest(scaled, multiple, &shift, SPARSE_ACCURACY)?;
             if breach(scaled, &y, &word, &forces) <= LAW {
@@ -176,11 +181,11 @@ mod large {
     }
 
     /// The next shifts: s + d of the combination of the last steps whose change d is least.
-    fn extrapolated(history: &[(DVector<f64>, DVector<f64>)]) -> Vec<f64> {
+    fn extrapolated(history: &[Step]) -> Vec<f64> {
         let Some(((shift, change), before)) = history.split_last() else { return Vec::new() };
         let mut next = shift + change;
         if !before.is_empty() {
-            let columns = |of: &dyn Fn(&(DVector<f64>, DVector<f64>)) -> DVector<f64>| {
+            let columns = |of: &dyn Fn(&Step) -> DVector<f64>| {
                 DMatrix::from_columns(&before.iter().map(of).collect::<Vec<_>>())
             };
             let changes = columns(&|(_, earlier)| change - earlier);
@@ -197,12 +202,7 @@ mod large {
     }
 
     /// y and the forces with which the acceleration is nearest to the load for these shifts, and their word.
-    fn nearest(
-        scaled: &Scaled,
-        multiple: f64,
-        shift: &[f64],
-        accuracy: f64,
-    ) -> Option<(Vec<f64>, Vec<Mode>, Vec<[f64; 2]>)> {
+    fn nearest(scaled: &Scaled, multiple: f64, shift: &[f64], accuracy: f64) -> Option<Near> {
         let free = scaled.motion(multiple, &vec![[0.0; 2]; scaled.count()]);
         let edges = scaled.edges();
         let above = edges.iter().map(|(i, edge)| (scaled.pushed(*i, *edge), -shift[*i]));
