@@ -218,7 +218,7 @@ fn name(field: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
 /// tangential_restitution : in [0, 1), for impact laws that use it.
 ///
 /// `contact_modes`, `static_forces`, `friction_margin`, `stability` and `simulate` take it as the Mechanism `system.mechanism`, with q = (x, y, θ) of the centre of
-/// mass of each body; 64 contacts at most. Small motions: the directions of the contacts do not change.
+/// mass of each body; 64 contacts at most. `onset` and `load_factor` take it with hundreds of bodies. Small motions: the directions of the contacts do not change.
 ///
 /// Raises ValueError naming the field, its value and what is allowed; bodies that overlap are named.
 ///

@@ -10,7 +10,7 @@
 
 use crate::assembly::scaled::Scaled;
 use crate::math::Sparse;
-use crate::math::linear::maximise;
+use crate::math::linear::{Failure, maximise};
 use crate::modes::Mode;
 use crate::tolerance::{BROKEN_LAW, LEAST_MOTION, SHOWN_MOTION};
 
@@ -85,13 +85,16 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// Tries all words with these letters; false if there are too many.
+    /// Tries all words with these letters; false if there are too many, or a programme does not converge.
     fn branch(&mut self, letters: &mut Vec<Option<Mode>>, mover: Mover) -> bool {
         if self.left == 0 {
             return false;
         }
         self.left -= 1;
-        let Some(point) = self.programme(letters, mover, LEAST_MOTION, None) else { return true };
+        let point = match self.programme(letters, mover, LEAST_MOTION, None) {
+            Ok(point) => point,
+            Err(failure) => return failure == Failure::Empty,
+        };
         if self.best.as_ref().is_some_and(|(best, ..)| point.multiple >= *best) {
             return true;
         }
@@ -114,8 +117,8 @@ impl Search<'_> {
     /// Takes a word that moves at this multiple, if its infimum is the least.
     fn note(&mut self, word: Vec<Mode>, mover: Mover, multiple: f64) {
         let letters: Vec<Option<Mode>> = word.iter().copied().map(Some).collect();
-        let infimum = self.programme(&letters, mover, 0.0, None).map(|point| point.multiple);
-        let least = infimum.unwrap_or(multiple).min(multiple);
+        let infimum = self.programme(&letters, mover, 0.0, None);
+        let least = infimum.map_or(multiple, |point| point.multiple.min(multiple));
         if self.best.as_ref().is_none_or(|(best, ..)| least < *best) {
             self.best = Some((least, word, mover));
         }
@@ -125,7 +128,8 @@ impl Search<'_> {
     fn shown(&self, word: Vec<Mode>, mover: Mover) -> Option<Moving> {
         let letters: Vec<Option<Mode>> = word.iter().copied().map(Some).collect();
         let (motion, first) = [SHOWN_MOTION, LEAST_MOTION].into_iter().find_map(|motion| {
-            self.programme(&letters, mover, motion, None).map(|point| (motion, point))
+            let point = self.programme(&letters, mover, motion, None);
+            point.ok().map(|point| (motion, point))
         })?;
         let point = self.programme(&letters, mover, motion, Some(first.multiple)).unwrap_or(first);
         Some(Moving { word, multiple: point.multiple, forces: point.forces })
@@ -166,7 +170,7 @@ impl Search<'_> {
         (mover, way): Mover,
         motion: f64,
         at: Option<f64>,
-    ) -> Option<Point> {
+    ) -> Result<Point, Failure> {
         let scaled = self.scaled;
         let n = scaled.count();
         // Unknowns ≥ 0: α, forces along the edges of the cones, accelerations of contacts.
@@ -226,9 +230,9 @@ impl Search<'_> {
             objective[0] = 0.0;
             objective[1..=edges.len()].fill(-1.0);
         }
-        let x = maximise(&rows, &objective).ok()?;
+        let x = maximise(&rows, &objective)?;
         let forces = scaled.sum(&edges, &x[1..]);
         let y = scaled.motion(x[0], &forces);
-        Some(Point { multiple: x[0], forces, y })
+        Ok(Point { multiple: x[0], forces, y })
     }
 }

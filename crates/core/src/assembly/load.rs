@@ -97,7 +97,7 @@ impl System {
     ///
     /// # Errors
     ///
-    /// As [`System::generalised`].
+    /// As [`System::onset`]; [`Error::Solver`] if the linear programme of the forces does not converge.
     pub fn load_factor(&self, load: &Load) -> Result<Option<LoadFactor>, Error> {
         let direction = self.generalised(load)?;
         let scaled = Scaled::new(self, &direction);
@@ -112,10 +112,8 @@ impl System {
         let statics = multiple * scaled.unit;
         // What holds no more has to move: a mode just above.
         let above = multiple + self.just_above();
-        let known = match statics.is_finite() {
-            true => self.begins(&direction, above * scaled.unit)?,
-            false => None,
-        };
+        let known =
+            if statics.is_finite() { self.begins(&direction, above * scaled.unit)? } else { None };
         let y = known.as_ref().map(|mode| scaled.y(&mode.acceleration));
         let pair = known.as_ref().zip(y.as_ref());
         let least = least(&scaled, pair.map(|(mode, y)| (&mode.word[..], &y[..], above)));

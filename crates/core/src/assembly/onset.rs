@@ -1,6 +1,6 @@
 //! One contact mode of an assembly at rest, of any size: it holds, or this is how it begins to move.
 //!
-//! Up to six contacts the modes of its mechanism are enumerated. Beyond, modes are fixed points of convex programmes [De Saxcé & Feng 1998], of which the first decides whether
+//! Up to six contacts the modes of its mechanism are enumerated. Beyond, modes are fixed points of convex programmes [De Saxcé 1998], of which the first decides whether
 //! forces hold the assembly: with s_i = μ_i|a_t,i| given, the acceleration is the y nearest to the load with
 //!
 //! ```text
@@ -16,7 +16,7 @@ use crate::assembly::scaled::Scaled;
 use crate::assembly::system::{Load, System};
 use crate::body::{MAX_CONTACTS, MAX_DOF, Mechanism};
 use crate::error::{Error, finite};
-use crate::modes::{MechanismProblem, Method, Mode, contact_modes};
+use crate::modes::{MAX_ENUMERATED, MechanismProblem, Method, Mode, ModeAnswer, contact_modes};
 
 /// A contact mode of an assembly at rest.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -53,8 +53,8 @@ impl System {
     ///
     /// # Errors
     ///
-    /// As [`System::generalised`]; a factor that is not finite; [`Error::Solver`] if Clarabel refuses a programme; [`Error::Unusable`] naming `contacts` with more than
-    /// [`MAX_CONTACTS`] contacts in a build without the cargo feature `qp`.
+    /// As [`System::generalised`]; a factor that is not finite; [`Error::Solver`] if Clarabel refuses a programme of [`contact_modes`]. A build without the cargo feature `qp`
+    /// finds none with more than [`MAX_CONTACTS`] contacts.
     pub fn onset(&self, load: Option<&Load>, factor: f64) -> Result<Option<SystemMode>, Error> {
         finite("factor", factor)?;
         let none = || vec![0.0; 3 * self.fields().bodies.len()];
@@ -64,21 +64,18 @@ impl System {
 
     /// As [`onset`](Self::onset), with a generalised load.
     pub(super) fn begins(&self, load: &[f64], factor: f64) -> Result<Option<SystemMode>, Error> {
-        if self.is_large() {
-            return self.large(load, factor);
-        }
-        #[cfg(feature = "qp")]
-        if self.contacts().len() > crate::modes::MAX_ENUMERATED
-            && let Some(found) = self.large(load, factor)?
-        {
-            return Ok(Some(found));
+        if self.is_large() || self.contacts().len() > MAX_ENUMERATED {
+            let found = self.by_programmes(load, factor);
+            if found.is_some() || self.is_large() {
+                return Ok(found);
+            }
         }
         let mut fields = self.mechanism()?.fields().clone();
         fields.load.iter_mut().zip(load).for_each(|(own, more)| *own += factor * more);
         let problem = MechanismProblem::at_rest(&Mechanism::new(fields)?);
         let modes = contact_modes(&problem, Method::Auto)?;
-        let fixed = |mode: &&_| holds(mode);
-        let found = modes.consistent().find(fixed).or_else(|| modes.consistent().next());
+        let holds = |mode: &&ModeAnswer| mode.word.modes().all(|letter| letter == Mode::Fixed);
+        let found = modes.consistent().find(holds).or_else(|| modes.consistent().next());
         Ok(found.map(|mode| SystemMode {
             word: mode.word.modes().collect(),
             factor,
@@ -93,26 +90,16 @@ impl System {
     }
 
     #[cfg(not(feature = "qp"))]
-    fn large(&self, _: &[f64], _: f64) -> Result<Option<SystemMode>, Error> {
-        Err(Error::Unusable {
-            field: "contacts".into(),
-            value: format!("[{} contacts]", self.contacts().len()),
-            allowed: format!(
-                "at most {MAX_CONTACTS}, because this build is without the cargo feature `qp`"
-            ),
-        })
+    fn by_programmes(&self, _: &[f64], _: f64) -> Option<SystemMode> {
+        None
     }
 
     #[cfg(feature = "qp")]
-    fn large(&self, load: &[f64], factor: f64) -> Result<Option<SystemMode>, Error> {
+    fn by_programmes(&self, load: &[f64], factor: f64) -> Option<SystemMode> {
         let scaled = Scaled::new(self, load);
-        let found = large::search(&scaled, factor / scaled.unit);
-        Ok(found.map(|found| scaled.mode(found.0, factor, &found.1)))
+        let (word, forces) = programmes::search(&scaled, factor / scaled.unit)?;
+        Some(scaled.mode(word, factor, &forces))
     }
-}
-
-fn holds(mode: &crate::modes::ModeAnswer) -> bool {
-    mode.word.modes().all(|letter| letter == Mode::Fixed)
 }
 
 impl Scaled {
@@ -125,7 +112,7 @@ impl Scaled {
 }
 
 #[cfg(feature = "qp")]
-mod large {
+mod programmes {
     use nalgebra::{DMatrix, DVector};
 
     use super::{Mode, Scaled};
