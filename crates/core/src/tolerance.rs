@@ -284,6 +284,7 @@ pub(crate) const CHANGING_LOAD_REACH: f64 = 4.0;
 
 /// Entry of a tableau of Lemke's method that counts as zero, and difference of two ratios that counts as a tie. The coefficients are of order one.
 /// After hundreds of pivots entries have errors of 1e-12: with that value a stack of 20 books ended in a false ray. Range: 1e-11 to 1e-8.
+#[cfg(feature = "qp")]
 pub(crate) const LEMKE_ZERO: f64 = 1e-10;
 
 /// Entry of a simplex tableau that counts as zero. The programmes have coefficients of order one. Range: 1e-14 to 1e-9.

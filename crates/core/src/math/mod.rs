@@ -10,6 +10,7 @@ pub(crate) mod copositive;
 pub(crate) mod extents;
 pub(crate) mod interval;
 pub(crate) mod least_distance;
+#[cfg(feature = "qp")]
 pub(crate) mod lemke;
 pub(crate) mod linear;
 pub(crate) mod mass_vector;
