@@ -490,7 +490,9 @@ def test_least_thickness_of_arches_of_any_size(count, width):
     assert programme(arch(count, high + width)).status == 0
     assert programme(arch(count, low - width)).status == 2
     known = {5: 0.09498, 9: 0.10153, 301: 0.1075}
-    assert high == pytest.approx(known.get(count, high), abs=6e-6 if count < 301 else 5e-5)
+    assert high == pytest.approx(
+        known.get(count, high), abs=6e-6 if count < 301 else 5e-5
+    )
     thin = arch(count, 0.99 * low)
     mode = sf.onset(thin)
     assert breach(thin, mode) < 1e-9
@@ -499,7 +501,13 @@ def test_least_thickness_of_arches_of_any_size(count, width):
 
 @pytest.mark.parametrize(
     ("rows", "columns", "friction", "push"),
-    [(15, 20, 0.6, 0.4), (15, 20, 0.3, 0.5), (15, 20, 0.3, 2.0), (6, 8, 0.6, 1.0), (10, 10, 0.5, 0.0)],
+    [
+        (15, 20, 0.6, 0.4),
+        (15, 20, 0.3, 0.5),
+        (15, 20, 0.3, 2.0),
+        (6, 8, 0.6, 1.0),
+        (10, 10, 0.5, 0.0),
+    ],
 )
 def test_walls_of_any_size_obey_coulombs_law(rows, columns, friction, push):
     system = wall(rows, columns, friction)
