@@ -520,8 +520,8 @@ pub(crate) fn load_factor(
 /// Raises ValueError naming the argument.
 ///
 /// >>> import standfast as sf
-/// >>> bricks = sf.System([sf.Block(2, 1, at=(0, k)) for k in range(100)], gravity=10)
-/// >>> mode = sf.onset(bricks, acceleration=(10, 0), factor=0.7)      # friction 1/2: all slide on the ground
+/// >>> bricks = sf.System([sf.Block(2, 1, at=(3 * k, 0)) for k in range(100)], gravity=10)      # a row of bricks, friction 1/2
+/// >>> mode = sf.onset(bricks, acceleration=(10, 0), factor=0.7)      # all slide
 /// >>> bool(abs(mode.acceleration[::3] - 2).max() < 1e-9)
 /// True
 #[pyfunction]
