@@ -249,7 +249,9 @@ def modes(
     *,
     json: Annotated[Path | None, _JSON] = None,
 ) -> None:
-    """Print the contact modes that Coulomb's law allows at the start of a scene, before kicks; of a mechanism, at rest in its posture.
+    """Print the contact modes that Coulomb's law allows at the start of a scene, before kicks; of a mechanism or an assembly, at rest in its posture.
+
+    Of an assembly of more than 64 contacts or 33 bodies it is one mode, that of `standfast.onset`.
 
     Parameters
     ----------
@@ -263,6 +265,12 @@ def modes(
     start = load_any(scene)
     if isinstance(start, sf.MechanismScene):
         with _of(scene):
+            if start.system is not None and _is_large(start.system):
+                if json is not None:
+                    raise ValueError("--json: at most 64 contacts and 33 bodies")
+                one = sf.onset(start.system)
+                _report(f"{scene.name}\n{one or 'no mode was found'}", json)
+                return
             at_rest = sf.contact_modes(start.mechanism)
         _tell(at_rest, f"{scene.name}\n{at_rest}", json)
         return
@@ -272,6 +280,14 @@ def modes(
         if found.status == "found":  # a search gives one word; the table needs all
             found = sf.contact_modes(*asked, method="enumerate", wrench=start.wrench)
     _tell(found, f"{scene.name}\n{found}", json)
+
+
+def _is_large(system: sf.System) -> bool:
+    """Whether an assembly is too large for the questions to a mechanism."""
+    try:
+        return not system.mechanism
+    except ValueError:
+        return True
 
 
 @app.command

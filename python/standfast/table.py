@@ -165,39 +165,63 @@ def modes_table(modes: sf.Modes) -> str:
     if isinstance(modes.problem, sf.MechanismProblem):
         mechanism = modes.problem.mechanism
         for mode in solved:
-            if mode.consistent and mode.acceleration.any():
-                lines += _begins(mode, mechanism)
+            free = np.linalg.norm(mechanism.contact_space.b)
+            if mode.consistent and np.abs(mode.acceleration).max() > STILL * free:
+                begins = _begins(mode.word, mode.acceleration, mechanism)
+                lines += [f"  {mode.word}  begins so:", *begins] if begins else []
         lines += _contact_names(mechanism)
     return "\n".join(lines)
 
 
 #: What a contact does, by its letter.
 DOES = {"S": "opens", "F": "holds", "R": "slides right", "L": "slides left"}
-#: Share of the largest acceleration of a kind below which a coordinate does not move: rounding.
+#: Share of the largest acceleration, or of those without contact forces, below which a coordinate does not move: rounding.
 STILL = 1e-9
 
 
-def _begins(mode: sf.ContactMode, mechanism: sf.Mechanism) -> list[str]:
+def _begins(
+    word: str,
+    acceleration: npt.NDArray[np.float64],
+    of: sf.Mechanism | sf.System,
+) -> list[str]:
     """How a mode begins to move, by the names of the contacts and the coordinates, if they have names."""
     lines = []
-    if names := mechanism.contact_names:
+    if names := of.contact_names:
         for letter, what in DOES.items():
-            if found := [n for n, own in zip(names, mode.word, strict=True) if own == letter]:  # fmt: skip
+            if found := [n for n, own in zip(names, word, strict=True) if own == letter]:  # fmt: skip
                 lines.append((what, _some(found)))
-    if names := mechanism.coordinate_names:
-        least = STILL * np.abs(mode.acceleration).max()
+    if names := of.coordinate_names:
+        least = STILL * np.abs(acceleration).max()
         moved = [
             f"{name} {value:.4g}"
-            for name, value in zip(names, mode.acceleration, strict=True)
+            for name, value in zip(names, acceleration, strict=True)
             if abs(value) > least
         ]
         lines.append(("accelerates", _some(moved)))
-    if not lines:
-        return []
-    return [
-        f"  {mode.word}  begins so:",
-        *(f"    {what:<12}  {text}" for what, text in lines),
-    ]
+    return [f"    {what:<12}  {text}" for what, text in lines]
+
+
+def system_mode_table(mode: sf.SystemMode) -> str:
+    """A contact mode of a System in words.
+
+    >>> print(sf.onset(sf.System([sf.Block(1, 1), sf.Block(1, 1, at=(0.6, 1))])))
+    1 contact opens, 3 hold: the system begins to move
+        opens         2 on 1 at (0.1, 1)
+        holds         1 on the ground at (-0.5, 0); 1 on the ground at (0.5, 0); 2 on 1 at (0.5, 1)
+        accelerates   2.x 1.15; 2.y -0.2299; 2.theta -2.299
+    """
+    if not mode.acceleration.any():
+        return f"{counted(len(mode.word), 'contact')}, none opens or slides: forces hold the system"
+    numbers = {
+        "open": mode.word.count("S"),
+        "slide": mode.word.count("R") + mode.word.count("L"),
+        "hold": mode.word.count("F"),
+    }
+    (first, count), *others = [(what, count) for what, count in numbers.items() if count]  # fmt: skip
+    begun = f"{counted(count, 'contact')} {first}{'s' if count == 1 else ''}"
+    rest = "".join(f", {count} {what}{'s' if count == 1 else ''}" for what, count in others)  # fmt: skip
+    lines = _begins(mode.word, mode.acceleration, mode.system)
+    return "\n".join([f"{begun}{rest}: the system begins to move", *lines])
 
 
 def _some(texts: Sequence[str]) -> str:

@@ -1,9 +1,12 @@
-//! Scene files of mechanisms: a mechanism, a start and the options of a run, as TOML or JSON.
+//! Scene files of mechanisms and of assemblies: what moves, a start and the options of a run, as TOML or JSON.
 
+use std::borrow::Cow;
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::assembly::table::{BodyTable, ContactTable, GroundTable, of_system};
+use crate::assembly::{System, SystemFields};
 use crate::body::{ContactRows, Mechanism, MechanismFields};
 use crate::error::Error;
 use crate::file::text::Format;
@@ -14,7 +17,7 @@ use crate::serial::values;
 use crate::simulate::simulate_mechanism;
 use crate::simulate::trajectory::Trajectory;
 
-/// A mechanism, where it starts, and how the run is made.
+/// A mechanism or an assembly, where it starts, and how the run is made.
 ///
 /// ```
 /// use standfast::mechanism_scene::MechanismScene;
@@ -39,8 +42,8 @@ use crate::simulate::trajectory::Trajectory;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct MechanismScene {
-    /// The mechanism.
-    pub mechanism: Mechanism,
+    /// What moves.
+    pub of: SceneOf,
     /// The displacement of its coordinates at the start, (dof).
     pub q: Vec<f64>,
     /// Their velocities, (dof).
@@ -49,7 +52,79 @@ pub struct MechanismScene {
     pub options: Options,
 }
 
-/// The tables of the file.
+/// What moves in a scene.
+#[derive(Debug, Clone, PartialEq)]
+pub enum SceneOf {
+    /// A mechanism that is given by its matrices.
+    Mechanism(Mechanism),
+    /// An assembly; its file has bodies.
+    System(System),
+}
+
+impl SceneOf {
+    /// As a mechanism.
+    ///
+    /// # Errors
+    ///
+    /// As [`System::mechanism`].
+    pub fn mechanism(&self) -> Result<Cow<'_, Mechanism>, Error> {
+        match self {
+            Self::Mechanism(mechanism) => Ok(Cow::Borrowed(mechanism)),
+            Self::System(system) => system.mechanism().map(Cow::Owned),
+        }
+    }
+
+    /// Number of coordinates.
+    #[must_use]
+    pub fn dof(&self) -> usize {
+        match self {
+            Self::Mechanism(mechanism) => mechanism.dof(),
+            Self::System(system) => 3 * system.fields().bodies.len(),
+        }
+    }
+}
+
+/// The tables of the file of an assembly.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SystemFile {
+    #[serde(default = "defaults::friction")]
+    friction: f64,
+    #[serde(default = "defaults::ground")]
+    ground: GroundTable,
+    #[serde(default = "defaults::gravity")]
+    gravity: f64,
+    #[serde(default)]
+    restitution: f64,
+    #[serde(default)]
+    tangential_restitution: f64,
+    body: Vec<BodyTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    contact: Option<Vec<ContactTable>>,
+    #[serde(default, deserialize_with = "values::table")]
+    start: StartTable,
+    #[serde(default, deserialize_with = "values::table")]
+    run: Options,
+}
+
+/// What a file of an assembly leaves out.
+mod defaults {
+    use super::{GroundTable, SystemFields};
+
+    pub(super) fn friction() -> f64 {
+        SystemFields::default().friction
+    }
+
+    pub(super) fn gravity() -> f64 {
+        SystemFields::default().gravity
+    }
+
+    pub(super) fn ground() -> GroundTable {
+        GroundTable::of(SystemFields::default().ground.as_ref())
+    }
+}
+
+/// The tables of the file of a mechanism.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
@@ -85,7 +160,7 @@ struct StartTable {
 pub enum AnyScene {
     /// A body on its contacts.
     Body(Scene),
-    /// A mechanism: the file has a `mass_matrix`.
+    /// A mechanism or an assembly: the file has a `mass_matrix`, or `body` is a list.
     Mechanism(MechanismScene),
 }
 
@@ -97,7 +172,7 @@ impl AnyScene {
     /// As [`Scene::load`].
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         load_as(path.as_ref(), |format, text| {
-            if format.has(text, "mass_matrix") {
+            if MechanismScene::is_in(format, text) {
                 MechanismScene::read(format, text).map(Self::Mechanism)
             } else {
                 Scene::read(format, text).map(Self::Body)
@@ -112,14 +187,9 @@ impl MechanismScene {
     /// # Errors
     ///
     /// A start that does not have a finite value for each coordinate, options that contradict each other.
-    pub fn new(
-        mechanism: Mechanism,
-        q: Vec<f64>,
-        qdot: Vec<f64>,
-        options: Options,
-    ) -> Result<Self, Error> {
+    pub fn new(of: SceneOf, q: Vec<f64>, qdot: Vec<f64>, options: Options) -> Result<Self, Error> {
         options.validate()?;
-        let dof = mechanism.dof();
+        let dof = of.dof();
         for (field, values) in [("q", &q), ("qdot", &qdot)] {
             if values.len() != dof || !values.iter().all(|value| value.is_finite()) {
                 return Err(Error::Unusable {
@@ -129,7 +199,7 @@ impl MechanismScene {
                 });
             }
         }
-        Ok(Self { mechanism, q, qdot, options })
+        Ok(Self { of, q, qdot, options })
     }
 
     /// Reads a scene from TOML.
@@ -150,8 +220,18 @@ impl MechanismScene {
         Self::read(Format::Json, text)
     }
 
+    /// Returns true if a text has a scene of this kind.
+    pub(crate) fn is_in(format: Format, text: &str) -> bool {
+        format.has(text, "mass_matrix") || format.has_tables(text, "body")
+    }
+
     fn read(format: Format, text: &str) -> Result<Self, Error> {
-        Self::of_file(format.read(text)?).map_err(|error| format.placed(text, error))
+        let read = if format.has_tables(text, "body") {
+            Self::of_system_file(format.read(text)?)
+        } else {
+            Self::of_file(format.read(text)?)
+        };
+        read.map_err(|error| format.placed(text, error))
     }
 
     fn of_file(file: File) -> Result<Self, Error> {
@@ -166,43 +246,103 @@ impl MechanismScene {
             contact_names: file.contact_names,
         })
         .map_err(|e| e.renamed(of_mechanism))?;
-        file.run.validate().map_err(|e| e.renamed(|field| format!("run.{field}")))?;
-        let or_zero = |values: Vec<f64>| match values.is_empty() {
-            true => vec![0.0; mechanism.dof()],
-            false => values,
-        };
-        let (q, qdot) = (or_zero(file.start.q), or_zero(file.start.qdot));
-        Self::new(mechanism, q, qdot, file.run)
-            .map_err(|e| e.renamed(|field| format!("start.{field}")))
+        Self::begun(SceneOf::Mechanism(mechanism), file.start, file.run)
     }
 
-    fn to_file(&self) -> File {
-        let f = self.mechanism.fields();
-        File {
-            restitution: f.restitution,
-            mass_matrix: f.mass_matrix.clone(),
-            load: f.load.clone(),
-            locked: f.locked.clone(),
-            armature: f.armature.clone(),
-            coordinate_names: f.coordinate_names.clone(),
-            contact_names: f.contact_names.clone(),
-            contact: f.contacts.clone(),
-            start: StartTable { q: self.q.clone(), qdot: self.qdot.clone() },
-            run: self.options,
-        }
+    fn of_system_file(file: SystemFile) -> Result<Self, Error> {
+        let of_one = |name: &'static str, k: usize| {
+            move |e: Error| e.renamed(|field| format!("{name}.{}.{field}", k + 1))
+        };
+        let bodies = file.body.into_iter().enumerate();
+        let bodies = bodies.map(|(k, body)| body.read(k + 1).map_err(of_one("body", k)));
+        let bodies = bodies.collect::<Result<Vec<_>, _>>()?;
+        let contacts = file.contact.map(|all| {
+            let all = all.into_iter().enumerate();
+            let read =
+                |(k, one): (usize, ContactTable)| one.read(&bodies).map_err(of_one("contact", k));
+            all.map(read).collect::<Result<Vec<_>, _>>()
+        });
+        let fields = SystemFields {
+            contacts: contacts.transpose()?,
+            bodies,
+            friction: file.friction,
+            ground: file.ground.read(),
+            gravity: file.gravity,
+            restitution: file.restitution,
+            tangential_restitution: file.tangential_restitution,
+        };
+        let system =
+            System::new(fields.clone()).map_err(|e| e.renamed(|name| of_system(&fields, name)))?;
+        Self::begun(SceneOf::System(system), file.start, file.run)
+    }
+
+    /// A scene with this start; errors name the fields of the file.
+    fn begun(of: SceneOf, start: StartTable, run: Options) -> Result<Self, Error> {
+        run.validate().map_err(|e| e.renamed(|field| format!("run.{field}")))?;
+        let or_zero = |values: Vec<f64>| match values.is_empty() {
+            true => vec![0.0; of.dof()],
+            false => values,
+        };
+        let (q, qdot) = (or_zero(start.q), or_zero(start.qdot));
+        Self::new(of, q, qdot, run).map_err(|e| e.renamed(|field| format!("start.{field}")))
+    }
+
+    /// The tables of the file, for a writer of TOML or JSON.
+    fn written<T, E: std::fmt::Display>(
+        &self,
+        of_mechanism: impl FnOnce(&File) -> Result<T, E>,
+        of_system: impl FnOnce(&SystemFile) -> Result<T, E>,
+    ) -> T {
+        let start = StartTable { q: self.q.clone(), qdot: self.qdot.clone() };
+        let run = self.options;
+        let text = match &self.of {
+            SceneOf::Mechanism(mechanism) => {
+                let f = mechanism.fields();
+                of_mechanism(&File {
+                    restitution: f.restitution,
+                    mass_matrix: f.mass_matrix.clone(),
+                    load: f.load.clone(),
+                    locked: f.locked.clone(),
+                    armature: f.armature.clone(),
+                    coordinate_names: f.coordinate_names.clone(),
+                    contact_names: f.contact_names.clone(),
+                    contact: f.contacts.clone(),
+                    start,
+                    run,
+                })
+            }
+            SceneOf::System(system) => {
+                let f = system.fields();
+                let contact = |one| ContactTable::of(one, &f.bodies);
+                of_system(&SystemFile {
+                    friction: f.friction,
+                    ground: GroundTable::of(f.ground.as_ref()),
+                    gravity: f.gravity,
+                    restitution: f.restitution,
+                    tangential_restitution: f.tangential_restitution,
+                    body: f.bodies.iter().map(BodyTable::of).collect(),
+                    contact: f.contacts.as_ref().map(|all| all.iter().map(contact).collect()),
+                    start,
+                    run,
+                })
+            }
+        };
+        text.unwrap_or_else(|e| unreachable!("a scene is TOML and JSON: {e}"))
     }
 
     /// The scene as TOML. Reading it back gives the same bits.
     #[must_use]
     pub fn to_toml(&self) -> String {
-        toml::to_string(&self.to_file()).unwrap_or_else(|e| unreachable!("a scene is TOML: {e}"))
+        self.written(toml::to_string::<File>, toml::to_string::<SystemFile>)
     }
 
     /// The scene as JSON. Reading it back gives the same bits.
     #[must_use]
     pub fn to_json(&self) -> String {
-        serde_json::to_string_pretty(&self.to_file())
-            .unwrap_or_else(|e| unreachable!("a scene is JSON: {e}"))
+        self.written(
+            serde_json::to_string_pretty::<File>,
+            serde_json::to_string_pretty::<SystemFile>,
+        )
     }
 
     /// Reads a scene file; a name that ends in `.json` is JSON, any other TOML.
@@ -231,7 +371,7 @@ impl MechanismScene {
     ///
     /// As [`simulate_mechanism`].
     pub fn simulate(&self) -> Result<Trajectory, Error> {
-        simulate_mechanism(&self.mechanism, &self.q, &self.qdot, &self.options)
+        simulate_mechanism(&*self.of.mechanism()?, &self.q, &self.qdot, &self.options)
     }
 }
 

@@ -166,11 +166,14 @@ impl Scene {
     /// or does not hold a scene. The error names the kind of a file that is a result, a map, a picture or a schema.
     pub fn load(path: impl AsRef<Path>) -> Result<Self, Error> {
         load_as(path.as_ref(), |format, text| {
-            if format.has(text, "mass_matrix") {
-                let field = "mass_matrix".into();
-                let (value, allowed) =
-                    ("a matrix", "a scene of a body, and this is one of a mechanism");
-                let error = Error::Unusable { field, value: value.into(), allowed: allowed.into() };
+            let of_others = [
+                (format.has(text, "mass_matrix"), "mass_matrix", "a matrix", "a mechanism"),
+                (format.has_tables(text, "body"), "body", "a list", "an assembly"),
+            ];
+            if let Some((_, field, value, other)) = of_others.into_iter().find(|(has, ..)| *has) {
+                let field = field.into();
+                let allowed = format!("a scene of a body, and this is one of {other}");
+                let error = Error::Unusable { field, value: value.into(), allowed };
                 return Err(format.placed(text, error));
             }
             Self::read(format, text)

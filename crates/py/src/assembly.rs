@@ -4,7 +4,9 @@ use numpy::{PyArray1, PyArrayDyn, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
 use standfast::Error;
-use standfast::assembly::{Ground, Load, Rigid, System, SystemContact, SystemFields, SystemMode};
+use standfast::assembly::{
+    Ground, Load, Rigid, System, SystemContact, SystemFields, SystemMode, body_called,
+};
 use standfast::modes::Mode;
 
 use crate::convert::{array, counted, float, pair_text, question};
@@ -344,7 +346,7 @@ impl PySystem {
         self.0.mechanism().map(PyMechanism).map_err(|e| to_py(&e))
     }
 
-    fn __repr__(&self) -> String {
+    pub(crate) fn __repr__(&self) -> String {
         let bodies = self.0.fields().bodies.len();
         let bodies = if bodies == 1 { "1 body".into() } else { format!("{bodies} bodies") };
         format!("<System: {bodies}, {}>", counted(self.0.contacts().len(), "contact"))
@@ -398,15 +400,8 @@ fn named_bodies(value: &Bound<'_, PyAny>) -> PyResult<Vec<(String, Rigid)>> {
     Ok(all.into_iter().enumerate().map(|(k, body)| ((k + 1).to_string(), body)).collect())
 }
 
-fn body_called(bodies: &[(String, Rigid)], field: &str, called: &str) -> PyResult<usize> {
-    bodies.iter().position(|(name, _)| name == called).ok_or_else(|| {
-        let names: Vec<&str> = bodies.iter().map(|(name, _)| name.as_str()).collect();
-        to_py(&Error::Unusable {
-            field: field.into(),
-            value: format!("{called:?}"),
-            allowed: format!("a body of the system: {}", names.join(", ")),
-        })
-    })
+fn number_of(bodies: &[(String, Rigid)], field: &str, called: &str) -> PyResult<usize> {
+    body_called(bodies, field, called).map_err(|e| to_py(&e))
 }
 
 fn read_contacts(
@@ -420,9 +415,9 @@ fn read_contacts(
         let needed = "a SystemContact is needed";
         let found = item.cast::<PySystemContact>();
         let c = found.map_err(|_| input::wrong_type(field, item, needed))?.get();
-        let on = c.on.as_ref().map(|on| body_called(bodies, &format!("{field}.on"), on));
+        let on = c.on.as_ref().map(|on| number_of(bodies, &format!("{field}.on"), on));
         Ok(SystemContact {
-            body: body_called(bodies, &format!("{field}.body"), &c.body)?,
+            body: number_of(bodies, &format!("{field}.body"), &c.body)?,
             on: on.transpose()?,
             point: c.point,
             slope: c.slope,
@@ -453,7 +448,7 @@ fn read_load(
         (Some(load), None) => {
             let wrench = |(key, value): (Bound<'_, PyAny>, Bound<'_, PyAny>)| {
                 let called = name("load", &key)?;
-                let body = body_called(&system.fields().bodies, "load", &called)?;
+                let body = number_of(&system.fields().bodies, "load", &called)?;
                 Ok((body, input::wrench(&value)?))
             };
             Ok(Some(Load::Wrenches(load.iter().map(wrench).collect::<PyResult<_>>()?)))
@@ -606,6 +601,11 @@ impl PySystemMode {
     #[getter]
     fn forces<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
         array(py, self.mode.forces.concat(), &[self.mode.forces.len(), 2])
+    }
+
+    /// How it begins to move, by the names of the contacts and the bodies.
+    fn __str__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.table")?.call_method1("system_mode_table", (slf,))
     }
 
     fn __repr__(&self) -> String {

@@ -1,14 +1,16 @@
-//! Scene files of mechanisms.
+//! Scene files of mechanisms and of assemblies.
 
 use std::path::PathBuf;
 
 use numpy::{PyArray1, ToPyArray};
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 use standfast::Options;
-use standfast::mechanism_scene::MechanismScene;
+use standfast::mechanism_scene::{MechanismScene, SceneOf};
 use standfast::simulate::simulate_mechanism_until;
 
+use crate::assembly::PySystem;
 use crate::convert::numbers_text;
 use crate::error::to_py;
 use crate::input;
@@ -17,9 +19,9 @@ use crate::modes::mechanism;
 use crate::options::{get, set};
 use crate::run::{PyRun, interruptible_run};
 
-/// A mechanism, its start, and the options of its run.
+/// A mechanism or an assembly, its start, and the options of its run.
 ///
-/// mechanism : Mechanism. q, qdot : (dof,), displacement of its coordinates and their velocities. options : keywords of `simulate`.
+/// mechanism : Mechanism or System. q, qdot : (dof,), displacement of its coordinates and their velocities. options : keywords of `simulate`.
 ///
 /// >>> import standfast as sf
 /// >>> rod = sf.Mechanism.of_posture(sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1))
@@ -35,7 +37,7 @@ impl PyMechanismScene {
     #[new]
     #[pyo3(signature = (mechanism, q, qdot, options=None))]
     fn new(
-        #[pyo3(from_py_with = mechanism)] mechanism: PyMechanism,
+        #[pyo3(from_py_with = scene_of)] mechanism: SceneOf,
         #[pyo3(from_py_with = input::coordinates)] q: Vec<f64>,
         #[pyo3(from_py_with = input::coordinate_rates)] qdot: Vec<f64>,
         options: Option<&Bound<'_, PyAny>>,
@@ -44,12 +46,23 @@ impl PyMechanismScene {
         if let Some(keywords) = options.map(input::options).transpose()?.flatten() {
             set(&mut chosen, keywords)?;
         }
-        MechanismScene::new(mechanism.0, q, qdot, chosen).map(Self).map_err(|e| to_py(&e))
+        MechanismScene::new(mechanism, q, qdot, chosen).map(Self).map_err(|e| to_py(&e))
     }
 
+    /// The Mechanism, also of a System. Raises ValueError for a System of more than 64 contacts or 33 bodies.
     #[getter]
-    fn mechanism(&self) -> PyMechanism {
-        PyMechanism(self.0.mechanism.clone())
+    fn mechanism(&self) -> PyResult<PyMechanism> {
+        let mechanism = self.0.of.mechanism().map_err(|e| to_py(&e))?;
+        Ok(PyMechanism(mechanism.into_owned()))
+    }
+
+    /// The System, or None if the scene is of a Mechanism.
+    #[getter]
+    fn system(&self) -> Option<PySystem> {
+        match &self.0.of {
+            SceneOf::Mechanism(_) => None,
+            SceneOf::System(system) => Some(PySystem(system.clone())),
+        }
     }
 
     #[getter]
@@ -74,9 +87,10 @@ impl PyMechanismScene {
         if let Some(keywords) = options {
             set(&mut chosen, keywords)?;
         }
-        let MechanismScene { mechanism, q, qdot, .. } = &self.0;
+        let MechanismScene { of, q, qdot, .. } = &self.0;
+        let mechanism = of.mechanism().map_err(|e| to_py(&e))?;
         interruptible_run(py, |cancel| {
-            simulate_mechanism_until(mechanism, q, qdot, &chosen, cancel)
+            simulate_mechanism_until(&mechanism, q, qdot, &chosen, cancel)
         })
     }
 
@@ -110,7 +124,10 @@ impl PyMechanismScene {
     fn __repr__(&self, py: Python<'_>) -> PyResult<String> {
         Ok(format!(
             "MechanismScene({}, q={}, qdot={}, options={})",
-            self.mechanism().__repr__(),
+            match &self.0.of {
+                SceneOf::Mechanism(mechanism) => PyMechanism(mechanism.clone()).__repr__(),
+                SceneOf::System(system) => PySystem(system.clone()).__repr__(),
+            },
             numbers_text(&self.0.q),
             numbers_text(&self.0.qdot),
             get(py, &self.0.options)?.repr()?
@@ -119,7 +136,21 @@ impl PyMechanismScene {
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Py<PyAny>, Bound<'py, PyTuple>)> {
         let options = get(py, &self.0.options)?;
-        let arguments = (self.mechanism(), self.q(py), self.qdot(py), options);
+        let of = match &self.0.of {
+            SceneOf::Mechanism(mechanism) => {
+                PyMechanism(mechanism.clone()).into_bound_py_any(py)?
+            }
+            SceneOf::System(system) => PySystem(system.clone()).into_bound_py_any(py)?,
+        };
+        let arguments = (of, self.q(py), self.qdot(py), options);
         Ok((py.get_type::<Self>().into_any().unbind(), arguments.into_pyobject(py)?))
+    }
+}
+
+/// Reads a mechanism or an assembly.
+fn scene_of(value: &Bound<'_, PyAny>) -> PyResult<SceneOf> {
+    match value.cast::<PySystem>() {
+        Ok(system) => Ok(SceneOf::System(system.get().0.clone())),
+        Err(_) => mechanism(value).map(|mechanism| SceneOf::Mechanism(mechanism.0)),
     }
 }

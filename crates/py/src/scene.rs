@@ -176,7 +176,7 @@ impl PyScene {
     }
 }
 
-/// Reads a scene file: JSON if its name ends in .json, else TOML. At most 1 MiB. `MechanismScene.load` reads those of mechanisms.
+/// Reads a scene file: JSON if its name ends in .json, else TOML. At most 1 MiB. `MechanismScene.load` reads those of mechanisms and assemblies.
 ///
 /// Raises OSError if the file cannot be read, and ValueError naming the file, the place and the error. If the file is not a scene but a
 /// result, a map, a picture or the schema, the error names this kind.
@@ -185,7 +185,7 @@ pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<PyScene> {
     py.detach(|| Scene::load(path)).map(PyScene).map_err(|e| to_py(&e))
 }
 
-/// As `load`, for bodies and mechanisms: a MechanismScene if the file has a mass_matrix, else a Scene.
+/// As `load`, for all scenes: a MechanismScene if the file has a mass_matrix or a list of bodies, else a Scene.
 #[pyfunction]
 pub(crate) fn load_any(py: Python<'_>, path: PathBuf) -> PyResult<Loaded> {
     let found = py.detach(|| AnyScene::load(path)).map_err(|e| to_py(&e))?;

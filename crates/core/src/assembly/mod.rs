@@ -9,9 +9,10 @@ mod onset;
 mod rigid;
 mod scaled;
 mod system;
+pub(crate) mod table;
 mod touching;
 
 pub use load::LoadFactor;
 pub use onset::SystemMode;
 pub use rigid::Rigid;
-pub use system::{Ground, Load, System, SystemContact, SystemFields};
+pub use system::{Ground, Load, System, SystemContact, SystemFields, body_called};

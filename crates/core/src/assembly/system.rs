@@ -137,6 +137,29 @@ fn unusable<T>(field: String, value: String, allowed: impl Into<String>) -> Resu
     Err(Error::Unusable { field, value, allowed: allowed.into() })
 }
 
+/// The number, from 0, of the body of this name.
+///
+/// ```
+/// use standfast::assembly::{Rigid, body_called};
+///
+/// let bodies = ["low", "high"].map(|name| (name.into(), Rigid::block(1.0, 1.0, [0.0, 0.0], 0.0, 1.0).unwrap()));
+/// assert_eq!(body_called(&bodies, "body", "high"), Ok(1));
+/// ```
+///
+/// # Errors
+///
+/// [`Error::Unusable`] naming `field`, with the names of the bodies.
+pub fn body_called(bodies: &[(String, Rigid)], field: &str, called: &str) -> Result<usize, Error> {
+    bodies.iter().position(|(name, _)| name == called).ok_or_else(|| {
+        let names: Vec<&str> = bodies.iter().map(|(name, _)| name.as_str()).collect();
+        Error::Unusable {
+            field: field.into(),
+            value: format!("{called:?}"),
+            allowed: format!("a body of the system: {}", names.join(", ")),
+        }
+    })
+}
+
 impl System {
     /// Validates `fields` and finds the contacts.
     ///

@@ -39,6 +39,27 @@ impl Format {
         }
     }
 
+    /// Returns true if this key of the table of a text has a list of tables.
+    pub(crate) fn has_tables(self, text: &str, key: &str) -> bool {
+        let is_table = |value: &DeValue<'_>| matches!(value, DeValue::Table(_));
+        match self {
+            Self::Toml => DeTable::parse(text).is_ok_and(|table| match table.get_ref().get(key) {
+                Some(value) => match value.get_ref() {
+                    DeValue::Array(all) => all.iter().all(|one| is_table(one.get_ref())),
+                    _ => false,
+                },
+                None => false,
+            }),
+            Self::Json => {
+                let table = serde_json::from_str::<BTreeMap<String, &RawValue>>(self.begun(text));
+                let list = table.ok().and_then(|table| {
+                    serde_json::from_str::<Vec<&RawValue>>(table.get(key)?.get()).ok()
+                });
+                list.is_some_and(|all| all.iter().all(|one| one.get().starts_with('{')))
+            }
+        }
+    }
+
     /// The text after the byte-order mark with which some editors begin it; TOML has rules for it.
     fn begun(self, text: &str) -> &str {
         match self {

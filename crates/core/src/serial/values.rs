@@ -113,6 +113,14 @@ where
     })
 }
 
+/// Serde for a list of pairs.
+pub(crate) fn pairs<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<[f64; 2]>, D::Error> {
+    #[derive(Deserialize)]
+    struct Pair(#[serde(deserialize_with = "exactly")] [f64; 2]);
+
+    Ok(Vec::<Pair>::deserialize(deserializer)?.into_iter().map(|pair| pair.0).collect())
+}
+
 /// Reads a list of vertices. An empty list is an error: ground without vertices is written by leaving the list out.
 ///
 /// # Errors
