@@ -62,7 +62,7 @@ python:
 # runs one of them.
 LONG := $(BIN)/python -m pytest -q -n 2 --dist worksteal
 CAMPAIGNS := long-rust long-files long-oracle long-symmetry long-relations long-together long-middle long-bounces long-fuzz \
-	long-kicks long-sensitivity long-vertices long-friction long-modes long-walls long-ground long-stability long-cut long-joints long-sides long-films
+	long-kicks long-sensitivity long-vertices long-friction long-modes long-walls long-ground long-stability long-cut long-joints long-systems long-sides long-films
 .PHONY: $(CAMPAIGNS)
 long: $(CAMPAIGNS)
 long $(CAMPAIGNS): EXTRA := test
@@ -118,6 +118,9 @@ long-cut:
 		tests/stability/test_cut_flights.py tests/stability/test_lines.py tests/stability/test_safe_speed.py
 long-joints:
 	STANDFAST_JOINTS=10000 $(LONG) tests/mechanisms/test_joints.py
+long-systems:
+	STANDFAST_ASSEMBLIES=290 STANDFAST_DROPPED_STACKS=300 STANDFAST_SYSTEM_VERDICTS=500 STANDFAST_SYSTEM_KICKS=30 STANDFAST_PLANTED=60 $(LONG) \
+		tests/mechanisms/test_system_campaigns.py
 long-sides:
 	STANDFAST_SIDE_THROWS=9000 STANDFAST_SIDE_STEPPED=200 STANDFAST_EDGE_THROWS=40000 STANDFAST_FLUSH_SLIDES=10000 \
 		STANDFAST_DISCS=20000 STANDFAST_CORNER_THROWS=5000 $(LONG) tests/motion/test_sides_on_corners.py tests/motion/test_ends_of_sides.py \
