@@ -858,7 +858,17 @@ class MechanismScene:
         q: npt.ArrayLike,
         qdot: npt.ArrayLike,
         options: dict[str, Any] | None = None,
+        *,
+        kicks: Mapping[str, Kick | Sequence[Kick]] | None = None,
+        forces: Mapping[str, Force | Sequence[Force]] | None = None,
+        ground_motion: GroundMotion | None = None,
     ) -> Self: ...
+    @property
+    def kicks(self) -> dict[str, list[Kick]]: ...
+    @property
+    def forces(self) -> dict[str, list[Force]]: ...
+    @property
+    def ground_motion(self) -> GroundMotion | None: ...
     @property
     def mechanism(self) -> Mechanism: ...
     @property
@@ -1612,8 +1622,12 @@ def simulate(
     q: npt.ArrayLike = ...,
     qdot: npt.ArrayLike = ...,
     *,
-    kicks: Sequence[Kick] = (),
-    forces: Sequence[Force] = (),
+    kicks: Sequence[Kick]
+    | Mapping[str, Kick | Sequence[Kick]]
+    | Sequence[tuple[float, npt.ArrayLike]] = (),
+    forces: Sequence[Force]
+    | Mapping[str, Force | Sequence[Force]]
+    | Sequence[tuple[float, npt.ArrayLike]] = (),
     ground_motion: GroundMotion | None = None,
     model: _ModelName = "auto",
     impact: _Impact = "auto",

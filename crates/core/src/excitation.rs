@@ -101,14 +101,121 @@ pub struct Excitation {
     pub ground_motion: Option<GroundMotion>,
 }
 
+/// What acts on a mechanism during a run besides its own load, in all its coordinates.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct MechanismExcitation {
+    /// Kicks: time on the clock, in s, and generalised impulse, in N s or N m s.
+    pub kicks: Vec<(f64, Vec<f64>)>,
+    /// Loads beside that of the mechanism: each acts from this time on the clock (s) until the next one, the last one for ever; in N or N m.
+    pub loads: Vec<(f64, Vec<f64>)>,
+}
+
 /// A change of the excitation at an instant.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Change {
     /// Time since the start of the run, in s.
     pub(crate) elapsed: f64,
-    /// The new acceleration of free fall (m/s²) and its rate (m/s³), if they change.
-    pub(crate) fall: Option<[Vector2<f64>; 2]>,
+    pub(crate) load: Option<NewLoad>,
+    /// Kicks of a body.
     pub(crate) kicks: Vec<Kick>,
+    /// Kicks of a mechanism: time on the clock and generalised impulse.
+    pub(crate) impulses: Vec<(f64, Vec<f64>)>,
+}
+
+/// What acts from an instant on.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum NewLoad {
+    /// The acceleration of free fall of a body (m/s²) and its rate (m/s³).
+    Fall([Vector2<f64>; 2]),
+    /// The load of a mechanism, with its own.
+    Load(Vec<f64>),
+}
+
+impl Change {
+    fn at(elapsed: f64) -> Self {
+        Self { elapsed, load: None, kicks: Vec::new(), impulses: Vec::new() }
+    }
+}
+
+/// The change at this time among those in order, which is added if there is none.
+fn change_at(changes: &mut Vec<Change>, elapsed: f64) -> &mut Change {
+    let at = changes.partition_point(|change| change.elapsed < elapsed);
+    if changes.get(at).is_none_or(|change| change.elapsed != elapsed) {
+        changes.insert(at, Change::at(elapsed));
+    }
+    &mut changes[at]
+}
+
+impl MechanismExcitation {
+    /// Returns true if nothing acts.
+    #[must_use]
+    pub fn is_none(&self) -> bool {
+        self.kicks.is_empty() && self.loads.is_empty()
+    }
+
+    /// Checks every field. `start`: time on the clock at the start of the run, in s. `dof`: number of coordinates.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::OutOfRange`] or [`Error::Unusable`], naming the field.
+    pub fn validate(&self, start: f64, dof: usize) -> Result<(), Error> {
+        for (list, name) in [(&self.kicks, "kicks"), (&self.loads, "forces")] {
+            for (k, (time, values)) in list.iter().enumerate() {
+                let at = format!("{name}.{}", k + 1);
+                let holds = time.is_finite() && (name == "forces" || *time >= start);
+                error::in_range(
+                    format!("{at}.time"),
+                    *time,
+                    holds,
+                    "finite; of a kick, not before the start",
+                )?;
+                if values.len() != dof {
+                    return Err(Error::Unusable {
+                        field: at,
+                        value: format!("[{} values]", values.len()),
+                        allowed: format!("one value for each of the {dof} coordinates"),
+                    });
+                }
+                for (c, value) in values.iter().enumerate() {
+                    finite(format_args!("{at}.{c}"), *value)?;
+                }
+            }
+        }
+        let late = self.loads.windows(2).position(|pair| pair[1].0 <= pair[0].0);
+        late.map_or(Ok(()), |k| {
+            Err(Error::Unusable {
+                field: format!("forces.{}.time", k + 2),
+                value: format!("{:?} after {:?}", self.loads[k + 1].0, self.loads[k].0),
+                allowed: "increasing times".into(),
+            })
+        })
+    }
+
+    /// The changes in the order of their times, of a mechanism with this load.
+    pub(crate) fn changes(&self, start: f64, own: &[f64]) -> Vec<Change> {
+        let mut changes: Vec<Change> = Vec::new();
+        for (time, load) in &self.loads {
+            let whole = own.iter().zip(load).map(|(own, more)| own + more).collect();
+            let change = change_at(&mut changes, time.max(start) - start);
+            change.load = Some(NewLoad::Load(whole));
+        }
+        for kick in &self.kicks {
+            change_at(&mut changes, kick.0 - start).impulses.push(kick.clone());
+        }
+        changes
+    }
+
+    /// The warning about a load that never ends; `None` if there is none.
+    pub(crate) fn lasting(&self) -> Option<String> {
+        let (time, load) = self.loads.last()?;
+        load.iter().any(|value| *value != 0.0).then(|| {
+            format!(
+                "the last of the forces, or the last entry of the ground_motion, lasts from t = {time:?} s on for ever; \
+                 a last one of zero ends it"
+            )
+        })
+    }
 }
 
 /// The warning about an acceleration of the ground that never ends; `None` if there is no such acceleration.
@@ -125,8 +232,12 @@ pub(crate) fn lasting(motion: Option<&GroundMotion>) -> Option<String> {
 
 /// The warning about those kicks among `changes` that the run does not reach; `None` if there are none.
 pub(crate) fn missed_kicks(changes: &[Change]) -> Option<String> {
-    let mut kicks = changes.iter().flat_map(|change| &change.kicks);
-    let first = kicks.next()?.time;
+    let times = |change: &Change| -> Vec<f64> {
+        let of_mechanism = change.impulses.iter().map(|(time, _)| *time);
+        change.kicks.iter().map(|kick| kick.time).chain(of_mechanism).collect()
+    };
+    let mut kicks = changes.iter().flat_map(times);
+    let first = kicks.next()?;
     let count = 1 + kicks.count();
     let these = if count == 1 { "1 kick".into() } else { format!("{count} kicks") };
     Some(format!("the run ends before {these}, from t = {first:?} s on"))
@@ -296,18 +407,12 @@ impl Excitation {
         times.sort_by(f64::total_cmp);
         times.dedup();
         let fall = |time: f64| Change {
-            elapsed: time - start,
-            fall: Some(self.fall(time, mass, gravity)),
-            kicks: Vec::new(),
+            load: Some(NewLoad::Fall(self.fall(time, mass, gravity))),
+            ..Change::at(time - start)
         };
         let mut changes: Vec<Change> = times.into_iter().map(fall).collect();
         for kick in &self.kicks {
-            let elapsed = kick.time - start;
-            let at = changes.partition_point(|change| change.elapsed < elapsed);
-            if changes.get(at).is_none_or(|change| change.elapsed != elapsed) {
-                changes.insert(at, Change { elapsed, fall: None, kicks: Vec::new() });
-            }
-            changes[at].kicks.push(*kick);
+            change_at(&mut changes, kick.time - start).kicks.push(*kick);
         }
         changes
     }

@@ -5,16 +5,19 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::assembly::table::{BodyTable, ContactTable, GroundTable, of_system};
-use crate::assembly::{System, SystemFields};
+use crate::assembly::table::{
+    BodyTable, ContactTable, ForceTable, GroundTable, KickTable, of_system,
+};
+use crate::assembly::{System, SystemExcitation, SystemFields};
 use crate::body::{ContactRows, Mechanism, MechanismFields};
 use crate::error::Error;
+use crate::excitation::{GroundMotion, MechanismExcitation};
 use crate::file::text::Format;
 use crate::file::write::write_whole;
 use crate::options::Options;
-use crate::scene::{Scene, is_json, load_as};
+use crate::scene::{Scene, is_json, load_as, of_excitation};
 use crate::serial::values;
-use crate::simulate::simulate_mechanism;
+use crate::simulate::simulate_mechanism_until;
 use crate::simulate::trajectory::Trajectory;
 
 /// A mechanism or an assembly, where it starts, and how the run is made.
@@ -57,8 +60,8 @@ pub struct MechanismScene {
 pub enum SceneOf {
     /// A mechanism that is given by its matrices.
     Mechanism(Mechanism),
-    /// An assembly; its file has bodies.
-    System(System),
+    /// An assembly, and what acts on it; its file has bodies.
+    System(Box<System>, SystemExcitation),
 }
 
 impl SceneOf {
@@ -70,7 +73,19 @@ impl SceneOf {
     pub fn mechanism(&self) -> Result<Cow<'_, Mechanism>, Error> {
         match self {
             Self::Mechanism(mechanism) => Ok(Cow::Borrowed(mechanism)),
-            Self::System(system) => system.mechanism().map(Cow::Owned),
+            Self::System(system, _) => system.mechanism().map(Cow::Owned),
+        }
+    }
+
+    /// What acts during a run that begins at this time on the clock (s).
+    ///
+    /// # Errors
+    ///
+    /// As [`System::excitation`].
+    pub fn excitation(&self, start: f64) -> Result<MechanismExcitation, Error> {
+        match self {
+            Self::Mechanism(_) => Ok(MechanismExcitation::default()),
+            Self::System(system, excitation) => system.excitation(excitation, start),
         }
     }
 
@@ -79,7 +94,7 @@ impl SceneOf {
     pub fn dof(&self) -> usize {
         match self {
             Self::Mechanism(mechanism) => mechanism.dof(),
-            Self::System(system) => 3 * system.fields().bodies.len(),
+            Self::System(system, _) => 3 * system.fields().bodies.len(),
         }
     }
 }
@@ -105,6 +120,12 @@ struct SystemFile {
     start: StartTable,
     #[serde(default, deserialize_with = "values::table")]
     run: Options,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    kick: Vec<KickTable>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    force: Vec<ForceTable>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    ground_motion: Option<GroundMotion>,
 }
 
 /// What a file of an assembly leaves out.
@@ -186,9 +207,10 @@ impl MechanismScene {
     ///
     /// # Errors
     ///
-    /// A start that does not have a finite value for each coordinate, options that contradict each other.
+    /// As [`System::excitation`]; a start that does not have a finite value for each coordinate, options that contradict each other.
     pub fn new(of: SceneOf, q: Vec<f64>, qdot: Vec<f64>, options: Options) -> Result<Self, Error> {
         options.validate()?;
+        of.excitation(options.time)?;
         let dof = of.dof();
         for (field, values) in [("q", &q), ("qdot", &qdot)] {
             if values.len() != dof || !values.iter().all(|value| value.is_finite()) {
@@ -262,6 +284,15 @@ impl MechanismScene {
                 |(k, one): (usize, ContactTable)| one.read(&bodies).map_err(of_one("contact", k));
             all.map(read).collect::<Result<Vec<_>, _>>()
         });
+        let kicks = file.kick.into_iter().enumerate();
+        let kicks = kicks.map(|(k, one)| one.read(&bodies).map_err(of_one("kick", k)));
+        let forces = file.force.into_iter().enumerate();
+        let forces = forces.map(|(k, one)| one.read(&bodies).map_err(of_one("force", k)));
+        let excitation = SystemExcitation {
+            kicks: kicks.collect::<Result<_, _>>()?,
+            forces: forces.collect::<Result<_, _>>()?,
+            ground_motion: file.ground_motion,
+        };
         let fields = SystemFields {
             contacts: contacts.transpose()?,
             bodies,
@@ -273,7 +304,7 @@ impl MechanismScene {
         };
         let system =
             System::new(fields.clone()).map_err(|e| e.renamed(|name| of_system(&fields, name)))?;
-        Self::begun(SceneOf::System(system), file.start, file.run)
+        Self::begun(SceneOf::System(Box::new(system), excitation), file.start, file.run)
     }
 
     /// A scene with this start; errors name the fields of the file.
@@ -284,7 +315,12 @@ impl MechanismScene {
             false => values,
         };
         let (q, qdot) = (or_zero(start.q), or_zero(start.qdot));
-        Self::new(of, q, qdot, run).map_err(|e| e.renamed(|field| format!("start.{field}")))
+        Self::new(of, q, qdot, run).map_err(|e| {
+            e.renamed(|field| match field {
+                "q" | "qdot" => format!("start.{field}"),
+                field => of_excitation(field),
+            })
+        })
     }
 
     /// The tables of the file, for a writer of TOML or JSON.
@@ -311,8 +347,9 @@ impl MechanismScene {
                     run,
                 })
             }
-            SceneOf::System(system) => {
+            SceneOf::System(system, excitation) => {
                 let f = system.fields();
+                let SystemExcitation { kicks, forces, ground_motion } = excitation;
                 let contact = |one| ContactTable::of(one, &f.bodies);
                 of_system(&SystemFile {
                     friction: f.friction,
@@ -324,6 +361,9 @@ impl MechanismScene {
                     contact: f.contacts.as_ref().map(|all| all.iter().map(contact).collect()),
                     start,
                     run,
+                    kick: kicks.iter().map(|kick| KickTable::of(kick, &f.bodies)).collect(),
+                    force: forces.iter().map(|force| ForceTable::of(force, &f.bodies)).collect(),
+                    ground_motion: ground_motion.clone(),
                 })
             }
         };
@@ -369,9 +409,11 @@ impl MechanismScene {
     ///
     /// # Errors
     ///
-    /// As [`simulate_mechanism`].
+    /// As [`simulate_mechanism`](crate::simulate::simulate_mechanism).
     pub fn simulate(&self) -> Result<Trajectory, Error> {
-        simulate_mechanism(&*self.of.mechanism()?, &self.q, &self.qdot, &self.options)
+        let (mechanism, options) = (self.of.mechanism()?, &self.options);
+        let excitation = self.of.excitation(options.time)?;
+        simulate_mechanism_until(&mechanism, &self.q, &self.qdot, options, &excitation, &|| false)
     }
 }
 

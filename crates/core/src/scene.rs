@@ -342,7 +342,7 @@ pub(crate) fn load_as<T>(
 }
 
 /// A field of an excitation as the file names it.
-fn of_excitation(field: &str) -> String {
+pub(crate) fn of_excitation(field: &str) -> String {
     let one = |list: &str, name: &str| Some(format!("{name}.{}", field.strip_prefix(list)?));
     one("kicks.", "kick").or_else(|| one("forces.", "force")).unwrap_or_else(|| field.into())
 }

@@ -205,7 +205,7 @@ impl PySystemContact {
 }
 
 /// A name of a body: a string, or its number from 1 where the bodies are a list.
-fn name(field: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
+pub(crate) fn name(field: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
     if let Ok(text) = value.cast::<PyString>() {
         return Ok(text.to_string());
     }

@@ -1,9 +1,12 @@
 //! Kick, Force and GroundMotion.
 
 use pyo3::prelude::*;
-use pyo3::types::PyTuple;
+use pyo3::types::{PyDict, PyList, PyTuple};
 use standfast::Error;
-use standfast::excitation::{Force, GroundMotion, Interpolation, Kick};
+use standfast::assembly::{System, SystemExcitation, body_called};
+use standfast::excitation::{
+    Excitation, Force, GroundMotion, Interpolation, Kick, MechanismExcitation,
+};
 
 use crate::convert::{call, float, pair_text, word};
 use crate::error::to_py;
@@ -15,6 +18,78 @@ pub(crate) fn kicks(value: &Bound<'_, PyAny>) -> PyResult<Vec<Kick>> {
         let kick = item.cast::<PyKick>();
         Ok(kick.map_err(|_| input::wrong_type(field, item, "a Kick is needed"))?.get().0)
     })
+}
+
+/// Reads kicks or forces: a list; of a System a dict of lists, or of single ones, by the names of its bodies.
+fn by_body<T>(
+    field: &str,
+    value: &Bound<'_, PyAny>,
+    system: &System,
+    read: impl Fn(&Bound<'_, PyAny>) -> PyResult<Vec<T>>,
+    is_one: impl Fn(&Bound<'_, PyAny>) -> bool,
+) -> PyResult<Vec<(usize, T)>> {
+    let Ok(all) = value.cast::<PyDict>() else {
+        if value.is_none() || value.len().is_ok_and(|length| length == 0) {
+            return Ok(Vec::new());
+        }
+        let allowed = "with a System a dict {name of a body: one or a list of them} is needed";
+        return Err(input::wrong_type(field, value, allowed));
+    };
+    let mut found = Vec::new();
+    for (key, item) in all.iter() {
+        let name = crate::assembly::name(field, &key)?;
+        let body = body_called(&system.fields().bodies, field, &name).map_err(|e| to_py(&e))?;
+        let list = if is_one(&item) { PyList::new(value.py(), [item])?.into_any() } else { item };
+        found.extend(read(&list)?.into_iter().map(|one| (body, one)));
+    }
+    Ok(found)
+}
+
+/// Reads what acts on a body.
+pub(crate) fn of_body(given: &[Option<Bound<'_, PyAny>>; 3]) -> PyResult<Excitation> {
+    let [first, second, motion] = given;
+    Ok(Excitation {
+        kicks: first.as_ref().map_or(Ok(Vec::new()), kicks)?,
+        forces: second.as_ref().map_or(Ok(Vec::new()), forces)?,
+        ground_motion: motion.as_ref().map_or(Ok(None), ground_motion)?,
+    })
+}
+
+/// Reads what acts on the bodies of a System.
+pub(crate) fn of_system(
+    system: &System,
+    given: &[Option<Bound<'_, PyAny>>; 3],
+) -> PyResult<SystemExcitation> {
+    let [first, second, motion] = given;
+    let kick = |one: &Bound<'_, PyAny>| one.cast::<PyKick>().is_ok();
+    let force = |one: &Bound<'_, PyAny>| one.cast::<PyForce>().is_ok();
+    let (first, second) = (first.as_ref(), second.as_ref());
+    let of_kicks = first.map(|value| by_body("kicks", value, system, kicks, kick));
+    let of_forces = second.map(|value| by_body("forces", value, system, forces, force));
+    Ok(SystemExcitation {
+        kicks: of_kicks.transpose()?.unwrap_or_default(),
+        forces: of_forces.transpose()?.unwrap_or_default(),
+        ground_motion: motion.as_ref().map_or(Ok(None), ground_motion)?,
+    })
+}
+
+/// Reads what acts on a Mechanism: kicks (time, impulse) and forces (time, load), in all its coordinates.
+pub(crate) fn of_mechanism(given: &[Option<Bound<'_, PyAny>>; 3]) -> PyResult<MechanismExcitation> {
+    let [first, second, motion] = given;
+    if let Some(motion) = motion.as_ref().filter(|motion| !motion.is_none()) {
+        let allowed = "with a Mechanism none: its forces (time, -M a) do the same, with the acceleration a of its coordinates by the ground";
+        return Err(input::wrong_type("ground_motion", motion, allowed));
+    }
+    let pairs = |field: &'static str, value: &Option<Bound<'_, PyAny>>| {
+        let Some(value) = value else { return Ok(Vec::new()) };
+        input::sequence(field, value, |at, item| {
+            let needed = "with a Mechanism a pair (time, values of all its coordinates) is needed";
+            let pair = item.extract::<(Bound<'_, PyAny>, Bound<'_, PyAny>)>();
+            let (time, values) = pair.map_err(|_| input::wrong_type(at, item, needed))?;
+            Ok((input::parameter(&format!("{at}.time"), &time)?, input::series(at, &values)?))
+        })
+    };
+    Ok(MechanismExcitation { kicks: pairs("kicks", first)?, loads: pairs("forces", second)? })
 }
 
 /// Reads the forces of a run.

@@ -301,17 +301,6 @@ pub(crate) fn contact_forces(value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>
     pairs("forces", value)
 }
 
-/// The error for kicks, forces or a motion of the ground with a mechanism.
-pub(crate) fn not_of_mechanism() -> PyErr {
-    to_py(&Error::Unusable {
-        field: "kicks, forces or ground_motion".into(),
-        value: "given".into(),
-        allowed:
-            "none with a mechanism: it is kicked by its qdot at the start, and its load is constant"
-                .into(),
-    })
-}
-
 /// The centre of a disc, or None.
 pub(crate) fn disc_center(value: &Bound<'_, PyAny>) -> PyResult<Option<[f64; 2]>> {
     if value.is_none() { Ok(None) } else { reals("center", value).map(Some) }

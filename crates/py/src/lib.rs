@@ -88,11 +88,11 @@ mod _core {
 
     use pyo3::types::PyDict;
 
+    use crate::error::to_py;
     use crate::input;
     use crate::options::of_call;
     use crate::run::interruptible_run;
-    use crate::stability::Standing;
-    use standfast::excitation::{Excitation, Force, GroundMotion, Kick};
+    use crate::stability::{Standing, standing};
     use standfast::simulate::simulate_mechanism_until;
     use standfast::{Options, Simulation, State};
 
@@ -130,7 +130,8 @@ mod _core {
     /// (run.enclosure); for one or two contacts, impacts without friction and terrain without ends.
     ///
     /// kicks : sequence of Kick, impulses on the body. forces : sequence of Force, through its centre of mass, each for a time. ground_motion :
-    /// GroundMotion, the motion of the ground, or None. With any of them, "auto" takes the full model, and a state of rest is left at the
+    /// GroundMotion, the motion of the ground, or None. Of a System `kicks` and `forces` are dicts, one or a list for each name of a body; of a Mechanism
+    /// kicks are pairs (time, impulse (dof,)), and forces pairs (time, load (dof,)): each acts beside its load until the next one. Of a body, with any of them, "auto" takes the full model, and a state of rest is left at the
     /// next kick, or change of the forces or of the ground.
     ///
     /// Raises ValueError naming the field, its value and the allowed range.
@@ -142,36 +143,41 @@ mod _core {
     /// 3.0
     #[pyfunction]
     #[allow(clippy::too_many_arguments, reason = "the keywords of the function in Python")]
-    #[pyo3(signature = (posture, q=None, qdot=None, *, kicks=Vec::new(), forces=Vec::new(), ground_motion=None, **options), text_signature = "(posture, q=(0, 0, 0), qdot=(0, 0, 0), *, kicks=(), forces=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, sensitivity_limit=None, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=True, certify=False)")]
+    #[pyo3(signature = (posture, q=None, qdot=None, *, kicks=None, forces=None, ground_motion=None, **options), text_signature = "(posture, q=(0, 0, 0), qdot=(0, 0, 0), *, kicks=(), forces=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, sensitivity_limit=None, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=True, certify=False)")]
     fn simulate(
         py: Python<'_>,
-        #[pyo3(from_py_with = crate::stability::standing)] posture: Standing,
+        posture: &Bound<'_, PyAny>,
         #[pyo3(from_py_with = input::given)] q: Option<Bound<'_, PyAny>>,
         #[pyo3(from_py_with = input::given)] qdot: Option<Bound<'_, PyAny>>,
-        #[pyo3(from_py_with = crate::excitation::kicks)] kicks: Vec<Kick>,
-        #[pyo3(from_py_with = crate::excitation::forces)] forces: Vec<Force>,
-        #[pyo3(from_py_with = crate::excitation::ground_motion)] ground_motion: Option<
-            GroundMotion,
-        >,
+        #[pyo3(from_py_with = input::given)] kicks: Option<Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = input::given)] forces: Option<Bound<'_, PyAny>>,
+        #[pyo3(from_py_with = input::given)] ground_motion: Option<Bound<'_, PyAny>>,
         options: Option<&Bound<'_, PyDict>>,
     ) -> PyResult<PyRun> {
         let options = of_call("simulate", Options::default(), &[], options)?;
         let (q, qdot) = (q.as_ref(), qdot.as_ref());
-        let excitation = &Excitation { kicks, forces, ground_motion };
-        let posture = match posture {
+        let given = [kicks, forces, ground_motion];
+        let system = posture.cast::<PySystem>().ok();
+        let posture = match standing(posture)? {
             Standing::Body(posture) => posture.0,
             Standing::Mechanism(mechanism) => {
-                if !excitation.is_none() {
-                    return Err(input::not_of_mechanism());
-                }
-                let still = vec![0.0; mechanism.0.fields().mass_matrix.len()];
+                let still = vec![0.0; mechanism.0.dof()];
                 let q = q.map_or(Ok(still.clone()), input::coordinates)?;
                 let qdot = qdot.map_or(Ok(still), input::coordinate_rates)?;
+                let excitation = match system {
+                    Some(system) => {
+                        let (system, start) = (&system.get().0, options.time);
+                        let of_bodies = crate::excitation::of_system(system, &given)?;
+                        system.excitation(&of_bodies, start).map_err(|e| to_py(&e))?
+                    }
+                    None => crate::excitation::of_mechanism(&given)?,
+                };
                 return interruptible_run(py, |cancel| {
-                    simulate_mechanism_until(&mechanism.0, &q, &qdot, &options, cancel)
+                    simulate_mechanism_until(&mechanism.0, &q, &qdot, &options, &excitation, cancel)
                 });
             }
         };
+        let excitation = &crate::excitation::of_body(&given)?;
         let (q, qdot) =
             (q.map_or(Ok([0.0; 3]), input::q)?, qdot.map_or(Ok([0.0; 3]), input::qdot)?);
         let (start, posture) = (State::new(q, qdot), &posture);

@@ -350,6 +350,10 @@ impl PyRun {
         }
         if let (Some(mechanism), Some([q, qdot])) = (self.mechanism(), run.mechanism_start()) {
             let simulate = py.import("standfast")?.getattr("simulate")?;
+            if let Some(excitation) = run.mechanism_excitation() {
+                keywords.set_item("kicks", &excitation.kicks)?;
+                keywords.set_item("forces", &excitation.loads)?;
+            }
             let arguments = (mechanism, q.to_vec(), qdot.to_vec()).into_pyobject(py)?;
             return Ok((question(simulate, &keywords)?, arguments));
         }
@@ -458,19 +462,19 @@ impl PyRun {
         self.0.collisions()
     }
 
-    /// The kicks of the run.
+    /// The kicks of the run of a body. Those of a mechanism are in `to_dict()`.
     #[getter]
     fn kicks(&self) -> Vec<PyKick> {
         self.0.excitation().kicks.iter().map(|kick| PyKick(*kick)).collect()
     }
 
-    /// The forces for a time of the run.
+    /// The forces for a time of the run of a body. Those of a mechanism are in `to_dict()`.
     #[getter]
     fn forces(&self) -> Vec<PyForce> {
         self.0.excitation().forces.iter().copied().map(PyForce).collect()
     }
 
-    /// The motion of the ground of the run, or None.
+    /// The motion of the ground of the run of a body, or None.
     #[getter]
     fn ground_motion(&self) -> Option<PyGroundMotion> {
         self.0.excitation().ground_motion.clone().map(PyGroundMotion)

@@ -3,6 +3,7 @@
 //! A [`System`] is a [`Mechanism`](crate::body::Mechanism) with names, made of bodies in their places: its contacts are found where their outlines touch. Each
 //! body has the coordinates (x, y, θ) of its centre of mass, measured from the posture.
 
+mod excitation;
 mod least;
 mod load;
 mod onset;
@@ -12,6 +13,7 @@ mod system;
 pub(crate) mod table;
 mod touching;
 
+pub use excitation::SystemExcitation;
 pub use load::LoadFactor;
 pub use onset::SystemMode;
 pub use rigid::Rigid;

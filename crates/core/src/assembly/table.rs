@@ -5,6 +5,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use crate::assembly::rigid::Rigid;
 use crate::assembly::system::{Ground, SystemContact, SystemFields, body_called};
 use crate::error::Error;
+use crate::excitation::{Force, Kick};
 use crate::serial::values;
 
 /// A body: a `block`, a `polygon`, or its mass, radius of gyration, centre of mass and outline.
@@ -66,6 +67,29 @@ pub(crate) struct ContactTable {
     slope: f64,
     #[serde(default)]
     friction: f64,
+}
+
+/// A kick on a body.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct KickTable {
+    body: String,
+    time: f64,
+    #[serde(deserialize_with = "values::exactly")]
+    impulse: [f64; 2],
+    #[serde(default, skip_serializing_if = "Option::is_none", deserialize_with = "some_pair")]
+    point: Option<[f64; 2]>,
+}
+
+/// A force through the centre of mass of a body, for a time.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ForceTable {
+    body: String,
+    start: f64,
+    end: f64,
+    #[serde(deserialize_with = "values::exactly")]
+    force: [f64; 2],
 }
 
 /// The ground: as [`Ground`], or a word for none.
@@ -163,6 +187,30 @@ impl ContactTable {
         let name = |k: usize| bodies[k].0.clone();
         let SystemContact { body, on, point, slope, friction } = *contact;
         Self { body: name(body), on: on.map(name), point, slope, friction }
+    }
+}
+
+impl KickTable {
+    pub(crate) fn read(self, bodies: &[(String, Rigid)]) -> Result<(usize, Kick), Error> {
+        let Self { body, time, impulse, point } = self;
+        Ok((body_called(bodies, "body", &body)?, Kick { time, impulse, point }))
+    }
+
+    pub(crate) fn of(&(body, kick): &(usize, Kick), bodies: &[(String, Rigid)]) -> Self {
+        let Kick { time, impulse, point } = kick;
+        Self { body: bodies[body].0.clone(), time, impulse, point }
+    }
+}
+
+impl ForceTable {
+    pub(crate) fn read(self, bodies: &[(String, Rigid)]) -> Result<(usize, Force), Error> {
+        let Self { body, start, end, force } = self;
+        Ok((body_called(bodies, "body", &body)?, Force { start, end, force }))
+    }
+
+    pub(crate) fn of(&(body, force): &(usize, Force), bodies: &[(String, Rigid)]) -> Self {
+        let Force { start, end, force } = force;
+        Self { body: bodies[body].0.clone(), start, end, force }
     }
 }
 

@@ -188,24 +188,12 @@ impl ContactSpace {
             .map(|(_, axis)| axis)
             .collect();
         let rank = basis.len();
-        let mut hidden = DVector::zeros(f);
-        let (mut kept_rows, mut kept_pull, mut kept) = (rows.clone(), pull.clone(), None);
+        let (mut kept_rows, mut kept) = (rows.clone(), None);
         if f > 3 && rank < f {
-            let along =
-                |x: &Coordinates| Coordinates::from_iter(basis.iter().map(|axis| axis.dot(x)));
-            kept_rows = rows.iter().map(along).collect();
-            kept_pull = along(&pull);
-            let mut rest = pull.clone();
-            basis
-                .iter()
-                .zip(kept_pull.iter())
-                .for_each(|(axis, part)| rest.add_scaled(axis, -part));
-            // What is left of a load within the span is rounding error.
-            if rest.norm() > DEPENDENT_ROW * pull.norm() {
-                hidden = DVector::from_iterator(f, rest.iter());
-            }
+            kept_rows = rows.iter().map(|row| along(&basis, row)).collect();
             kept = Some(DMatrix::from_iterator(f, rank, basis.iter().flat_map(Coordinates::iter)));
         }
+        let (kept_pull, hidden) = parts(kept.as_ref(), &pull);
         let w = products(&kept_rows);
         let b = accelerations(&kept_rows, &kept_pull);
         falls_down(&mass, &load, &b)?;
@@ -274,11 +262,38 @@ impl ContactSpace {
         }
     }
 
-    /// The same contacts with another acceleration ÿ without contact forces.
-    pub(crate) fn pulled(&self, pull: Coordinates) -> Self {
-        let load = &self.factor * DVector::from_iterator(pull.len(), pull.iter());
-        Self { b: accelerations(&self.rows, &pull), pull, load, ..self.clone() }
+    /// The kept coordinates and the hidden part of M⁻¹ times this load or impulse, of all coordinates.
+    pub(crate) fn response(&self, load: &[f64]) -> (Coordinates, DVector<f64>) {
+        let whole = solve_lower(&self.factor, self.free.iter().map(|&k| load[k]));
+        parts(self.basis.as_ref(), &whole)
     }
+
+    /// The same contacts under another load, of all coordinates.
+    pub(crate) fn loaded(&self, load: &[f64]) -> Self {
+        let (pull, hidden) = self.response(load);
+        let load = DVector::from_iterator(self.free.len(), self.free.iter().map(|&k| load[k]));
+        Self { b: accelerations(&self.rows, &pull), pull, hidden, load, ..self.clone() }
+    }
+}
+
+/// The components of a vector along these axes.
+fn along(axes: &[Coordinates], whole: &Coordinates) -> Coordinates {
+    Coordinates::from_iter(axes.iter().map(|axis| axis.dot(whole)))
+}
+
+/// The parts of an acceleration, or of a jump of a velocity, that are kept and hidden.
+fn parts(basis: Option<&DMatrix<f64>>, whole: &Coordinates) -> (Coordinates, DVector<f64>) {
+    let none = DVector::zeros(whole.len());
+    let Some(basis) = basis else { return (whole.clone(), none) };
+    let axes: Vec<Coordinates> =
+        basis.column_iter().map(|axis| Coordinates::from_iter(axis.iter().copied())).collect();
+    let kept = along(&axes, whole);
+    let mut rest = whole.clone();
+    axes.iter().zip(kept.iter()).for_each(|(axis, part)| rest.add_scaled(axis, -part));
+    // What is left of a load within the span is rounding error.
+    let is_little = rest.norm() <= DEPENDENT_ROW * whole.norm();
+    let hidden = if is_little { none } else { DVector::from_iterator(whole.len(), rest.iter()) };
+    (kept, hidden)
 }
 
 /// W of rows.

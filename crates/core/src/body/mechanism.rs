@@ -156,6 +156,16 @@ impl Mechanism {
         &self.0.space
     }
 
+    /// The same mechanism in this space: under its load.
+    pub(crate) fn in_space(&self, space: &Arc<ContactSpace>) -> Self {
+        if Arc::ptr_eq(&self.0.space, space) {
+            return self.clone();
+        }
+        let mut fields = self.0.fields.clone();
+        space.free().iter().zip(space.load().iter()).for_each(|(&k, load)| fields.load[k] = *load);
+        Self(Arc::new(Parts { fields, space: Arc::clone(space) }))
+    }
+
     pub(crate) fn shared_space(&self) -> Arc<ContactSpace> {
         Arc::clone(&self.0.space)
     }

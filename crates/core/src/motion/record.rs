@@ -208,7 +208,8 @@ impl Record {
                 self.undecided = body.problem(state.space().pull(), ways).ok().map(Box::new);
             }
             Subject::Mechanism(start) => {
-                let problem = MechanismProblem::new(&start.mechanism, ways);
+                let mechanism = start.mechanism.in_space(&state.rows.space);
+                let problem = MechanismProblem::new(&mechanism, ways);
                 self.undecided_mechanism = problem.ok().map(Box::new);
             }
             Subject::Local(_) => {}

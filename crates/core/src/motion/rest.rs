@@ -152,7 +152,8 @@ impl Driver<'_> {
         {
             let space = rows.space();
             falls = space.hidden().amax() > 0.0;
-            drifts = space.reach() * start.hidden_velocity.norm() > self.sliding_tolerance();
+            let [_, velocity] = start.hidden_at(self.log.clock.hi);
+            drifts = space.reach() * velocity.norm() > self.sliding_tolerance();
         }
         if falls || drifts {
             self.warn_once(HIDDEN.into());

@@ -3,7 +3,7 @@
 use nalgebra::Vector2;
 
 use crate::error::Error;
-use crate::excitation::{Change, missed_kicks};
+use crate::excitation::{Change, NewLoad, missed_kicks};
 use crate::math::clock::Clock;
 use crate::motion::driver::Driver;
 use crate::motion::moving::Moving;
@@ -58,16 +58,21 @@ impl Driver<'_> {
     /// Applies the changes at this time in the order: acceleration of the ground, which changes no velocity; impacts; kicks. An outcome: the
     /// run ends here.
     fn change(&mut self, change: &Change) -> Option<Outcome> {
-        if let Some([fall, rate]) = change.fall {
-            match &mut self.state {
-                Moving::Turning(body) => body.set_fall(fall, rate),
-                Moving::Frozen(rows) => rows.set_fall(fall),
+        match (&change.load, &mut self.state) {
+            (Some(NewLoad::Fall([fall, rate])), Moving::Turning(body)) => {
+                body.set_fall(*fall, *rate);
             }
+            // Of a body of unit mass.
+            (Some(NewLoad::Fall([fall, _])), Moving::Frozen(rows)) => {
+                rows.set_load(&[fall.x, fall.y, 0.0]);
+            }
+            (Some(NewLoad::Load(load)), Moving::Frozen(rows)) => rows.set_load(load),
+            _ => {}
         }
         if let Some(outcome) = self.impacts_at(change.elapsed) {
             return Some(outcome);
         }
-        if change.fall.is_some() {
+        if change.load.is_some() {
             self.cause = Some(Cause::GroundMotion);
         }
         if let Some(posture) = self.record.subject.posture().cloned() {
@@ -77,8 +82,17 @@ impl Driver<'_> {
                 let arm = Vector2::from(point) - Vector2::from(f.center_of_mass);
                 match &mut self.state {
                     Moving::Turning(body) => body.kick(kick, arm, f.mass),
-                    Moving::Frozen(rows) => rows.kick(kick, arm, f.mass, f.gyration_radius),
+                    Moving::Frozen(rows) => {
+                        let impulse = Vector2::from(kick.impulse) / f.mass;
+                        rows.kick(&[impulse.x, impulse.y, arm.perp(&impulse)]);
+                    }
                 }
+                self.cause = Some(Cause::Kick);
+            }
+        }
+        if let Moving::Frozen(rows) = &mut self.state {
+            for (_, impulse) in &change.impulses {
+                rows.kick(impulse);
                 self.cause = Some(Cause::Kick);
             }
         }

@@ -2,15 +2,16 @@
 
 use nalgebra::{DVector, Vector3};
 
-use crate::body::Mechanism;
 use crate::body::geometry::ContactGeometry;
 use crate::body::lines::Feet;
 use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
+use crate::body::{ContactSpace, Mechanism};
 use crate::collisions::full::PairBody;
 use crate::collisions::log::{Spin, names};
 use crate::error::Error;
+use crate::excitation::{Change, MechanismExcitation, NewLoad};
 use crate::math::mass_vector::Coordinates;
 use crate::math::turn::Turn;
 use crate::math::unsigned_zero::UnsignedZero;
@@ -47,17 +48,59 @@ pub(crate) struct MechanismStart {
     /// All coordinates and their rates.
     pub(crate) q: Vec<f64>,
     pub(crate) qdot: Vec<f64>,
-    /// The hidden motion, see [`ContactSpace`](crate::body::ContactSpace).
-    pub(crate) hidden: DVector<f64>,
-    pub(crate) hidden_velocity: DVector<f64>,
+    /// The hidden motion, see [`ContactSpace`](crate::body::ContactSpace): its pieces, from the start on.
+    pub(crate) hidden: Vec<HiddenPiece>,
+    pub(crate) excitation: MechanismExcitation,
+}
+
+/// A piece of the hidden motion of a mechanism, of constant acceleration.
+#[derive(Debug, Clone)]
+pub(crate) struct HiddenPiece {
+    /// Time since the start, in s.
+    pub(crate) elapsed: f64,
+    pub(crate) place: DVector<f64>,
+    pub(crate) velocity: DVector<f64>,
+    pub(crate) acceleration: DVector<f64>,
+}
+
+impl HiddenPiece {
+    /// The place and the velocity at a time since the start.
+    fn at(&self, t: f64) -> [DVector<f64>; 2] {
+        let dt = t - self.elapsed;
+        let velocity = &self.velocity + &self.acceleration * dt;
+        [&self.place + &self.velocity * dt + &self.acceleration * (0.5 * dt * dt), velocity]
+    }
+
+    /// The pieces of a run that begins with this one, with these changes.
+    pub(crate) fn all(self, space: &ContactSpace, changes: &[Change]) -> Vec<Self> {
+        let mut pieces = vec![self];
+        for change in changes {
+            let Some(last) = pieces.last() else { break };
+            let [place, mut velocity] = last.at(change.elapsed);
+            let acceleration = match &change.load {
+                Some(NewLoad::Load(load)) => space.response(load).1,
+                _ => last.acceleration.clone(),
+            };
+            for (_, impulse) in &change.impulses {
+                velocity += space.response(impulse).1;
+            }
+            pieces.push(Self { elapsed: change.elapsed, place, velocity, acceleration });
+        }
+        pieces
+    }
 }
 
 impl MechanismStart {
+    /// Place and velocity of the hidden motion.
+    pub(crate) fn hidden_at(&self, t: f64) -> [DVector<f64>; 2] {
+        let begun = self.hidden.partition_point(|piece| piece.elapsed <= t).max(1);
+        self.hidden[begun - 1].at(t)
+    }
+
     /// All coordinates and their rates, in m or rad, `t` seconds after the start.
     pub(crate) fn coordinates(&self, state: &Frozen, t: f64) -> [Vec<f64>; 2] {
         let space = self.mechanism.contact_space();
-        let velocity = &self.hidden_velocity + space.hidden() * t;
-        let place = &self.hidden + &self.hidden_velocity * t + space.hidden() * (0.5 * t * t);
+        let [place, velocity] = self.hidden_at(t);
         [(&state.y, place, &self.q), (&state.v, velocity, &self.qdot)].map(|(y, hidden, start)| {
             let mut all = start.clone();
             for (&k, value) in space.free().iter().zip(space.whole(y, &hidden).iter()) {

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use crate::body::Mechanism;
 use crate::collisions::log::Spin;
 use crate::error::{Error, finite};
+use crate::excitation::MechanismExcitation;
 use crate::math::compensated_sum;
 use crate::motion::Driver;
-use crate::motion::subject::{MechanismStart, Subject};
+use crate::motion::subject::{HiddenPiece, MechanismStart, Subject};
 use crate::options::{Model, Options};
 use crate::outcome::ModelReason;
 use crate::simulate::limits::{clatters, ends, touch};
@@ -42,23 +43,43 @@ pub fn simulate_mechanism(
     qdot: &[f64],
     options: &Options,
 ) -> Result<Trajectory, Error> {
-    simulate_mechanism_until(mechanism, q, qdot, options, &|| false)
+    simulate_mechanism_until(mechanism, q, qdot, options, &NOTHING, &|| false)
 }
 
-/// As [`simulate_mechanism`]. `cancel` is called from time to time.
+static NOTHING: MechanismExcitation = MechanismExcitation { kicks: Vec::new(), loads: Vec::new() };
+
+/// As [`simulate_mechanism`], with kicks and loads. `cancel` is called from time to time.
+///
+/// ```
+/// use standfast::body::Mechanism;
+/// use standfast::excitation::MechanismExcitation;
+/// use standfast::simulate::simulate_mechanism_until;
+/// use standfast::{Lamina, Options, Posture};
+///
+/// // A block of 2 kg at rest is kicked to 3 m/s; friction stops it after v²/(2 μ g) = 0.9 m.
+/// let block = Posture::block(1.0, 0.2, &Lamina { mass: 2.0, friction: 0.5, gravity: 10.0, ..Lamina::default() })?;
+/// let excitation = MechanismExcitation { kicks: vec![(1.0, vec![6.0, 0.0, 0.0])], ..Default::default() };
+/// let block = Mechanism::of_posture(&block)?;
+/// let run = simulate_mechanism_until(&block, &[0.0; 3], &[0.0; 3], &Options::default(), &excitation, &|| false)?;
+/// let [q, _] = run.coordinates().expect("of the block");
+/// assert!((q[0] - 0.9).abs() < 1e-15);
+/// # Ok::<(), standfast::Error>(())
+/// ```
 ///
 /// # Errors
 ///
-/// As [`simulate_mechanism`]; [`Error::Cancelled`] once `cancel` returns true.
+/// As [`simulate_mechanism`]; an excitation that is out of range; [`Error::Cancelled`] once `cancel` returns true.
 pub fn simulate_mechanism_until(
     mechanism: &Mechanism,
     q: &[f64],
     qdot: &[f64],
     options: &Options,
+    excitation: &MechanismExcitation,
     cancel: &dyn Fn() -> bool,
 ) -> Result<Trajectory, Error> {
     options.validate()?;
-    limited(options, |options| unlimited(mechanism, q, qdot, options, cancel))
+    excitation.validate(options.time, mechanism.dof())?;
+    limited(options, |options| unlimited(mechanism, q, qdot, options, excitation, cancel))
 }
 
 /// The same without a limit of the sensitivity.
@@ -67,6 +88,7 @@ fn unlimited(
     q: &[f64],
     qdot: &[f64],
     options: &Options,
+    excitation: &MechanismExcitation,
     cancel: &dyn Fn() -> bool,
 ) -> Result<Trajectory, Error> {
     let unusable = |field: &str, value: String, allowed: String| Error::Unusable {
@@ -127,14 +149,23 @@ fn unlimited(
     let rows = Arc::new(Rows::of_mechanism(mechanism));
     let points = points.into_iter().collect();
     let state = Frozen { rows, y, v, points, spin: Spin::default() };
+    let changes = excitation.changes(options.time, &mechanism.fields().load);
+    let acceleration = space.hidden().clone();
+    let first =
+        HiddenPiece { elapsed: 0.0, place: hidden, velocity: hidden_velocity, acceleration };
     let subject = Subject::Mechanism(Box::new(MechanismStart {
         mechanism: mechanism.clone(),
         q: q.to_vec(),
         qdot: qdot.to_vec(),
-        hidden,
-        hidden_velocity,
+        hidden: first.all(space, &changes),
+        excitation: excitation.clone(),
     }));
     let mut driver = Driver::of_rows(state, place, subject, options, warnings, cancel);
-    driver.run()?;
+    if excitation.is_none() {
+        driver.run()?;
+    } else {
+        driver.run_stages(&changes, options)?;
+        driver.record.warnings.extend(excitation.lasting());
+    }
     Ok(Trajectory::new(driver.record, Model::Local, ModelReason::Mechanism, *options))
 }

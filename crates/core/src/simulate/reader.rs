@@ -2,9 +2,9 @@
 
 use std::borrow::Cow;
 
-use crate::body::Mechanism;
 use crate::body::posture::Posture;
 use crate::body::state::State;
+use crate::body::{ContactSpace, Mechanism};
 use crate::collisions::log::{Center, Spin};
 use crate::error::Error;
 use crate::math::clock::Clock;
@@ -324,8 +324,11 @@ impl<'a> Reader<'a> {
             return unknown();
         }
         if let Some(mechanism) = self.run.mechanism() {
-            let Some((_, modes)) = self.moving(k, dt) else { return Err(too_deep(t)) };
-            return Ok(forces_of(mechanism, &modes).unwrap_or(vec![[f64::NAN; 2]; count]));
+            let Some((Moving::Frozen(now), modes)) = self.moving(k, dt) else {
+                return Err(too_deep(t));
+            };
+            let forces = forces_of(mechanism, now.space(), &modes);
+            return Ok(forces.unwrap_or(vec![[f64::NAN; 2]; count]));
         }
         let subject = &self.run.record.subject;
         let Some(posture) = subject.posture() else { return unknown() };
@@ -392,7 +395,7 @@ fn word(modes: &[Mode]) -> Word {
 }
 
 /// The forces (tangential, normal) of the contacts of a mechanism in these modes, in N; `None` where no forces cause the motion.
-fn forces_of(mechanism: &Mechanism, modes: &[Mode]) -> Option<Vec<[f64; 2]>> {
+fn forces_of(mechanism: &Mechanism, space: &ContactSpace, modes: &[Mode]) -> Option<Vec<[f64; 2]>> {
     let friction: Vec<f64> = mechanism.contacts().iter().map(|contact| contact.friction).collect();
     // Without friction a fixed contact has a normal force only, like a sliding one.
     let pressed = |(mode, mu): (&Mode, &f64)| match mode {
@@ -400,8 +403,7 @@ fn forces_of(mechanism: &Mechanism, modes: &[Mode]) -> Option<Vec<[f64; 2]>> {
         mode => *mode,
     };
     let modes: Vec<Mode> = modes.iter().zip(&friction).map(pressed).collect();
-    mechanism_forces(mechanism.contact_space(), &friction, word(&modes))
-        .map(UnsignedZero::unsigned_zero)
+    mechanism_forces(space, &friction, word(&modes)).map(UnsignedZero::unsigned_zero)
 }
 
 /// The state at `t`, within a sum, cannot be computed.

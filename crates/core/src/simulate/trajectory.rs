@@ -13,7 +13,7 @@ use crate::body::local_model::{LocalModel, LocalState};
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::{Error, quoted};
-use crate::excitation::{Excitation, Force, GroundMotion, Kick};
+use crate::excitation::{Excitation, Force, GroundMotion, Kick, MechanismExcitation};
 use crate::file::read::{in_file, read_whole};
 use crate::file::text::Format;
 use crate::flight::LOST_PHASE;
@@ -148,6 +148,8 @@ struct Written<'a> {
     options: &'a Options,
     #[serde(flatten)]
     excitation: &'a Excitation,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mechanism_excitation: Option<&'a MechanismExcitation>,
     posture: Option<&'a Posture>,
     #[serde(skip_serializing_if = "Option::is_none")]
     local_model: Option<&'a LocalModel>,
@@ -179,6 +181,8 @@ struct Question {
     forces: Vec<Force>,
     #[serde(default)]
     ground_motion: Option<GroundMotion>,
+    #[serde(default)]
+    mechanism_excitation: MechanismExcitation,
     #[serde(flatten)]
     results: serde_json::Map<String, Value>,
 }
@@ -199,7 +203,8 @@ impl Question {
                     }
                     WrittenStart::Gaps(_) => [Vec::new(), Vec::new()],
                 };
-                simulate_mechanism_until(mechanism, &q, &qdot, &self.options, cancel)?
+                let excitation = &self.mechanism_excitation;
+                simulate_mechanism_until(mechanism, &q, &qdot, &self.options, excitation, cancel)?
             }
             (Some(posture), None, None, WrittenStart::Body(start)) => {
                 let excitation = &Excitation {
@@ -578,6 +583,12 @@ impl Trajectory {
         self.record.subject.mechanism().map(|start| &start.mechanism)
     }
 
+    /// The kicks and the loads of a run of a mechanism.
+    #[must_use]
+    pub fn mechanism_excitation(&self) -> Option<&MechanismExcitation> {
+        self.record.subject.mechanism().map(|start| &start.excitation)
+    }
+
     /// q and q̇ at the end, in m or rad and per s: of a body three, of a mechanism one value for each coordinate; `None` for a model without a
     /// body.
     #[must_use]
@@ -791,6 +802,7 @@ impl Trajectory {
             warnings: self.warnings(),
             options: &self.options,
             excitation: &self.excitation,
+            mechanism_excitation: self.mechanism_excitation().filter(|given| !given.is_none()),
             posture: self.posture(),
             local_model: local.map(|(model, _)| model),
             mechanism: self.mechanism(),

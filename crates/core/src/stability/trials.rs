@@ -12,6 +12,7 @@ use crate::body::geometry::ContactGeometry;
 use crate::body::posture::Posture;
 use crate::body::state::State;
 use crate::error::Error;
+use crate::excitation::MechanismExcitation;
 use crate::math::mass_vector::{Coordinates, MassVector};
 use crate::math::random::Random;
 use crate::options::{Impact, Jams, Model, Options};
@@ -196,7 +197,14 @@ pub fn mechanism_trials(
             y = Coordinates::zeros(dof);
         }
         let [q, qdot] = [y, v].map(|y| mechanism.coordinates(&y));
-        let run = simulate_mechanism_until(mechanism, &q, &qdot, &options, cancel)?;
+        let run = simulate_mechanism_until(
+            mechanism,
+            &q,
+            &qdot,
+            &options,
+            &MechanismExcitation::default(),
+            cancel,
+        )?;
         found.count(run.outcome());
     }
     Ok(found)

@@ -1,11 +1,11 @@
-//! The effects of a kick and of a motion of the ground on the state of a body.
+//! The effects of a kick, a load and a motion of the ground on the state.
 
 use std::sync::Arc;
 
 use nalgebra::Vector2;
 
 use crate::excitation::Kick;
-use crate::math::mass_vector::{Coordinates, MassVector};
+use crate::math::mass_vector::MassVector;
 use crate::sustained::BodyState;
 use crate::sustained::frozen::Frozen;
 use crate::tolerance::{CHANGING_LOAD_REACH, KICK_ROUNDINGS, STEADY_FALL};
@@ -63,17 +63,15 @@ fn kicked(rests: bool, change: f64, size: f64) -> f64 {
 }
 
 impl Frozen {
-    /// Sets the acceleration of free fall of a body.
-    pub(crate) fn set_fall(&mut self, fall: Vector2<f64>) {
-        let pull = Coordinates::from_iter([fall.x, fall.y, 0.0]);
-        self.rows = Arc::new(self.rows.pulled(pull));
+    /// Sets the load, of all coordinates.
+    pub(crate) fn set_load(&mut self, load: &[f64]) {
+        self.rows = Arc::new(self.rows.loaded(load));
     }
 
-    /// q̇⁺ = q̇ + M⁻¹(J, a × J) of a body. `arm`: of its point in the nominal posture; `mass`: in kg; `rho`: radius of gyration, in m.
-    pub(crate) fn kick(&mut self, kick: &Kick, arm: Vector2<f64>, mass: f64, rho: f64) {
-        let impulse = Vector2::from(kick.impulse) / mass;
-        let change = Coordinates::from_iter([impulse.x, impulse.y, arm.perp(&impulse) / rho]);
+    /// q̇⁺ = q̇ + M⁻¹ J with a generalised impulse J, of all coordinates.
+    pub(crate) fn kick(&mut self, impulse: &[f64]) {
         let Self { rows, v, points, .. } = self;
+        let (change, _) = rows.space.response(impulse);
         v.add_scaled(&change, 1.0);
         for (i, p) in points.iter_mut().enumerate() {
             let row = rows.space.normal_row(i);

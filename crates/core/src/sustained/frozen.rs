@@ -99,11 +99,11 @@ impl Rows {
         Some(Self { space, contacts, material, friction, offset, gaps, between })
     }
 
-    /// The same contacts with another acceleration ÿ without contact forces.
-    pub(crate) fn pulled(&self, pull: Coordinates) -> Self {
+    /// The same contacts under another load, of all coordinates.
+    pub(crate) fn loaded(&self, load: &[f64]) -> Self {
         let (material, offset) = (self.material.clone(), self.offset.clone());
         let rows =
-            Self::new(Arc::new(self.space.pulled(pull)), self.contacts.clone(), material, offset);
+            Self::new(Arc::new(self.space.loaded(load)), self.contacts.clone(), material, offset);
         Self { gaps: rows.gaps.filter(|_| self.gaps.is_some()), ..rows }
     }
 
