@@ -315,6 +315,11 @@ def test_least_thickness_of_arches_of_any_size(count, width):
     assert hinges(mode) == 6
 
 
+def test_a_mode_of_hundreds_of_contacts_is_copied_and_pickled():
+    mode = sf.onset(arch(301, 0.1))
+    assert pickle.loads(pickle.dumps(mode)) == mode == copy.deepcopy(mode)
+
+
 @pytest.mark.parametrize(
     ("rows", "columns", "friction", "push"),
     [

@@ -298,7 +298,7 @@ pub(crate) fn coordinate_accelerations(value: &Bound<'_, PyAny>) -> PyResult<Vec
 
 /// A force (tangential, normal) for each contact.
 pub(crate) fn contact_forces(value: &Bound<'_, PyAny>) -> PyResult<Vec<[f64; 2]>> {
-    pairs("forces", value)
+    sequence("forces", value, reals)
 }
 
 /// The centre of a disc, or None.
