@@ -1,4 +1,4 @@
-"""What a notebook shows: the HTML of postures, runs, verdicts and contact modes with small pictures, and the player.
+"""What a notebook shows: the HTML of postures, runs, verdicts, contact modes and assemblies with small pictures, and the player.
 
 The pictures take the colour of the text around them, so that they can be read on light and on dark backgrounds.
 """
@@ -11,11 +11,27 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from standfast._core import Modes, Posture, Run, Verdict
+from standfast._core import LoadFactor, Modes, Posture, Run, System, SystemMode, Verdict
 from standfast.page import film_page
 from standfast.report import account, decimal, method_named
-from standfast.scenery import body_outline, ground, spokes, surface, touching_points
-from standfast.table import listed, modes_table, verdict_table
+from standfast.scenery import (
+    Piece,
+    body_outline,
+    displaced,
+    ground,
+    spokes,
+    surface,
+    system_ground,
+    touching_points,
+)
+from standfast.table import (
+    factor_in_words,
+    listed,
+    modes_table,
+    system_holds,
+    system_mode_table,
+    verdict_table,
+)
 from standfast.units import plain
 
 _Floats = npt.NDArray[np.float64]
@@ -28,6 +44,8 @@ SMALLEST = 1e-300
 PATH = 400
 #: Fill of the body, and the path of the centre of mass: of medium brightness.
 BODY, COURSE = "#56B4E9", "#D55E00"
+#: The colour of the text around.
+INK = "currentColor"
 #: Style of the cells of a table.
 LEFT = ' style="text-align: left; white-space: normal"'
 #: Largest number of rows of a table.
@@ -97,6 +115,36 @@ def of_modes(modes: Modes) -> str:
     return _text(modes_table(modes))
 
 
+def of_system(system: System) -> str:
+    """The picture of an assembly, and tables of its data and its bodies."""
+    rows = [
+        ("bodies", str(len(system.bodies))),
+        ("contacts", str(len(system.contacts))),
+        ("gravity", f"{system.gravity:g} m/s²"),
+    ]
+    bodies = [
+        (name, f"{body.mass:.4g}", f"({body.center_of_mass[0]:.4g}, {body.center_of_mass[1]:.4g})")
+        for name, body in system.bodies.items()
+    ]  # fmt: skip
+    table = _table([("body", "mass / kg", "centre of mass / m"), *bodies])
+    return _beside(system_picture(system), _facts(rows) + table)
+
+
+def of_system_mode(mode: SystemMode) -> str:
+    """The picture of what moves, and the table that `print` has."""
+    shown = None if system_holds(mode) else mode
+    return _beside(system_picture(mode.system, shown), _text(system_mode_table(mode)))
+
+
+def of_load_factor(factor: LoadFactor) -> str:
+    """Both factors, and the picture of the mode that moves, if there is one."""
+    forces, moves = factor_in_words(factor)
+    said = _facts([("statics", forces), ("motion", moves)])
+    if factor.mode is not None:
+        said += _text(system_mode_table(factor.mode))
+    return _beside(system_picture(factor.system, factor.mode), said)
+
+
 class Player:
     """A page in a frame of a cell."""
 
@@ -152,22 +200,10 @@ def picture(posture: Posture, run: Run | None = None) -> str:
     feet = touching_points(posture, poses[-1], frozen)
     marked = dict(enumerate(feet, start=1)) | closed_sides(posture, run)
     seen = np.vstack([start, end, course, *marked.values()])
-    low, high = seen.min(axis=0), seen.max(axis=0)
-    room = np.array([WIDTH, HEIGHT]) - 2 * MARGIN
-    scale = float((room / np.maximum(high - low, SMALLEST)).min())
-    low, high = low - MARGIN / scale, high + MARGIN / scale
-    lines, strips = surface(ground(posture), low, high, DEPTH / scale)
-    width, height = (high - low) * scale
-
-    def at(world: _Floats) -> _Floats:
-        x, y = (scale * (world - low)).T
-        return np.stack([x, height - y], axis=-1)
-
-    def path(*parts: _Floats, close: str = "", **look: object) -> str:
-        ways = ["M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in at(p)) for p in parts]
-        return f'<path d="{"".join(way + close for way in ways)}"{_attributes(look)}/>'
-
-    ink, center = "currentColor", at(course[-1])
+    paper = _Paper(seen)
+    at, path = paper.at, paper.path
+    lines, strips = paper.surface(ground(posture))
+    center = at(course[-1])
     marks = []
     for number, (x, y) in zip(
         marked, at(np.array([*marked.values()])).tolist(), strict=True
@@ -179,8 +215,8 @@ def picture(posture: Posture, run: Run | None = None) -> str:
         )
     drawn = [
         path(*strips, close="Z", fill_opacity=0.25),
-        path(*lines, stroke=ink),
-        path(end, fill=BODY, fill_opacity=0.4, stroke=ink, stroke_width=1.5),
+        path(*lines, stroke=INK),
+        path(end, fill=BODY, fill_opacity=0.4, stroke=INK, stroke_width=1.5),
         *marks,
     ]
     if posture.outline is None:
@@ -188,19 +224,69 @@ def picture(posture: Posture, run: Run | None = None) -> str:
         gaps = np.flatnonzero(np.isnan(lines_of_body[:, 0]))
         arms = np.split(lines_of_body, gaps + 1)[:-1]
         drawn += [
-            path(*(arm[:-1] for arm in arms), fill="none", stroke=ink, stroke_width=0.7)
+            path(*(arm[:-1] for arm in arms), fill="none", stroke=INK, stroke_width=0.7)
         ]
     if len(poses) > 1:
-        drawn[2:2] = [path(start, fill="none", stroke=ink, stroke_dasharray="3 3")]
+        drawn[2:2] = [path(start, fill="none", stroke=INK, stroke_dasharray="3 3")]
         drawn += [path(course, fill="none", stroke=COURSE, stroke_width=1.5)]
     drawn += [
         f'<circle cx="{center[0]:.1f}" cy="{center[1]:.1f}" r="4" fill="{COURSE}"/>'
     ]
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" viewBox="0 0 {width:.1f} {height:.1f}" role="img"'
-        f' fill="{ink}" font-family="sans-serif" font-size="12" text-anchor="middle" style="flex: none; max-width: 100%">'
-        f"<title>The body on its ground</title>{''.join(drawn)}</svg>"
-    )
+    return paper.svg(drawn, "The body on its ground")
+
+
+def system_picture(system: System, mode: SystemMode | None = None) -> str:
+    """An SVG picture of an assembly; of a mode, with its bodies moved along their accelerations, and in dashes at rest."""
+    rest = [body.outline for body in system.bodies.values()]
+    marks = np.array([contact.point for contact in system.contacts]).reshape(-1, 2)
+    outlines = rest
+    if mode is not None:
+        outlines, ends = displaced(mode)
+        marks = ends.mean(axis=1)
+    paper = _Paper(np.vstack([*rest, *outlines]))
+    lines, strips = paper.surface(system_ground(system))
+    drawn = [
+        paper.path(*strips, close="Z", fill_opacity=0.25),
+        paper.path(*lines, stroke=INK),
+        paper.path(*outlines, close="Z", fill=BODY, fill_opacity=0.4, stroke=INK),
+    ]
+    if mode is not None:
+        drawn.append(paper.path(*rest, close="Z", fill="none", stroke=INK, stroke_width=0.7, stroke_dasharray="3 3"))  # fmt: skip
+    word = "F" * len(marks) if mode is None else mode.word
+    for letter, (x, y) in zip(word, paper.at(marks).tolist(), strict=True):
+        radius, color = (1.5, INK) if letter == "F" else (3, COURSE)
+        drawn.append(f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius}" fill="{color}"/>')
+    return paper.svg(drawn, "The bodies and their contacts")
+
+
+class _Paper:
+    """An SVG picture to scale, of all that is near points (n, 2), m."""
+
+    def __init__(self, seen: _Floats):
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        room = np.array([WIDTH, HEIGHT]) - 2 * MARGIN
+        self.scale = float((room / np.maximum(high - low, SMALLEST)).min())
+        self.low, self.high = low - MARGIN / self.scale, high + MARGIN / self.scale
+        self.width, self.height = (self.high - self.low) * self.scale
+
+    def surface(self, pieces: list[Piece]) -> tuple[list[_Floats], list[_Floats]]:
+        return surface(pieces, self.low, self.high, DEPTH / self.scale)
+
+    def at(self, world: _Floats) -> _Floats:
+        x, y = (self.scale * (world - self.low)).T
+        return np.stack([x, self.height - y], axis=-1)
+
+    def path(self, *parts: _Floats, close: str = "", **look: object) -> str:
+        lines = (self.at(part) for part in parts)
+        ways = ["M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in line) for line in lines]
+        return f'<path d="{"".join(way + close for way in ways)}"{_attributes(look)}/>'
+
+    def svg(self, drawn: Sequence[str], title: str) -> str:
+        return (
+            f'<svg xmlns="http://www.w3.org/2000/svg" width="{self.width:.0f}" height="{self.height:.0f}" viewBox="0 0 {self.width:.1f} {self.height:.1f}" role="img"'
+            f' fill="{INK}" font-family="sans-serif" font-size="12" text-anchor="middle" style="flex: none; max-width: 100%">'
+            f"<title>{title}</title>{''.join(drawn)}</svg>"
+        )
 
 
 def _attributes(look: dict[str, object]) -> str:

@@ -1,11 +1,13 @@
-"""A body and its ground as pictures show them, whatever draws the pictures."""
+"""A body, or an assembly, and its ground as pictures show them, whatever draws the pictures."""
 
 import math
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from standfast._core import Contact, Posture
+from standfast._core import Contact, Posture, System, SystemMode
 
 _Floats = npt.NDArray[np.float64]
 
@@ -13,6 +15,10 @@ _Floats = npt.NDArray[np.float64]
 Piece = tuple[_Floats, _Floats, float, float]
 #: Points of a circle.
 ARC = 60
+#: Distance of a point from a line on which it is, as a share of the size of the body. Contacts are where sides touch within 1e-9 of it.
+ON_LINE = 1e-8
+#: Largest displacement of a corner of an assembly that begins to move, as a share of the size of the assembly.
+MOVED = 0.1
 
 
 def placed(posture: Posture, points: _Floats, q: _Floats, frozen: bool) -> _Floats:
@@ -128,3 +134,121 @@ def surface(
         if np.allclose(line[1], then[0], rtol=0.0, atol=1e-6 * depth)
     ]
     return [line for line, _ in shown], strips
+
+
+def system_ground(system: System) -> list[Piece]:
+    """The ground of an assembly as straight pieces.
+
+    >>> from standfast import Block
+    >>> [(point.tolist(), low, high) for point, _, low, high in system_ground(System([Block(1, 1)], ground=0.0))]
+    [([0.0, 0.0], -inf, inf)]
+    """
+    line = system.ground
+    if line is None:
+        return []
+    if np.ndim(line) == 0:
+        return [(np.array([0.0, line]), np.array([1.0, 0.0]), -math.inf, math.inf)]
+    ways = [(p, q - p, math.hypot(*(q - p))) for p, q in pairwise(np.asarray(line))]
+    return [(p, way / length, 0.0, length) for p, way, length in ways]
+
+
+def joints(system: System) -> list[list[int]]:
+    """The contacts, from 0, by joints: the two of a pair of flush sides, or one.
+
+    >>> from standfast import Block
+    >>> joints(System([Block(1, 1), Block(1, 1, at=(0, 1))]))
+    [[0, 1], [2, 3]]
+    """
+    corners = {name: body.outline for name, body in system.bodies.items()}
+    found: list[list[int]] = []
+    for k, contact in enumerate(system.contacts):
+        last = found[-1] if found else []
+        if len(last) == 1:
+            other = system.contacts[last[0]]
+            ends = np.array([other.point, contact.point])
+            both = [corners[name] for name in contact.bodies if name is not None]
+            if contact.bodies == other.bodies and all(on_side(ends, c) for c in both):
+                last.append(k)
+                continue
+        found.append([k])
+    return found
+
+
+def on_side(points: _Floats, corners: _Floats) -> bool:
+    """Whether one side of a polygon (n, 2) has all points (k, 2), m.
+
+    >>> square = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
+    >>> on_side(np.array([(0, 0), (0.5, 0)]), square), on_side(np.array([(0, 0), (1, 1)]), square)
+    (True, False)
+    """
+    way = np.roll(corners, -1, axis=0) - corners
+    length = np.hypot(*way.T)[:, None]
+    arm = points - corners[:, None]
+    across = (way[:, None, 0] * arm[..., 1] - way[:, None, 1] * arm[..., 0]) / length
+    along = (way[:, None] * arm).sum(axis=-1) / length
+    room = ON_LINE * float(np.ptp(corners, axis=0).max())
+    on = (abs(across) <= room) & (along >= -room) & (along <= length + room)
+    return bool(on.all(axis=1).any())
+
+
+class JointForce(NamedTuple):
+    """The force of a joint on the first of its bodies: its contacts, from 0, the point where it acts (2,), m, and the force (2,), N."""
+
+    contacts: list[int]
+    point: _Floats
+    force: _Floats
+
+
+def joint_forces(system: System, forces: _Floats) -> list[JointForce]:
+    """The forces of joints that press, from those of the contacts, tangential and normal (n, 2), N.
+
+    >>> from standfast import Block
+    >>> (force,) = joint_forces(System([Block(1, 1)]), np.array([(0, 1), (0, 3)]))
+    >>> force.point.tolist(), force.force.tolist()
+    ([0.25, 0.0], [0.0, 4.0])
+    """
+    contacts, found = system.contacts, []
+    for joint in joints(system):
+        normal = forces[joint, 1]
+        if normal.sum() > 0.0:
+            point = normal @ np.array([contacts[k].point for k in joint]) / normal.sum()
+            t = contacts[joint[0]].tangent
+            force = forces[joint].sum(axis=0) @ np.array([t, [-t[1], t[0]]])
+            found.append(JointForce(joint, point, force))
+    return found
+
+
+def displaced(mode: SystemMode) -> tuple[list[_Floats], _Floats]:
+    """The outlines of the bodies of a mode, moved along their accelerations and turned, by so much that to first order the corner that moves
+    farthest moves by a tenth of the size of the assembly; and the points of both bodies of its contacts (n, 2, 2), m.
+
+    >>> from standfast import Block
+    >>> brick = System([Block(2, 1)])
+    >>> outlines, contacts = displaced(SystemMode(brick, "RR", [3, 0, 0], np.zeros((2, 2))))
+    >>> contacts.tolist()
+    [[[-0.8, 0.0], [-1.0, 0.0]], [[1.2, 0.0], [1.0, 0.0]]]
+    """
+    bodies = mode.system.bodies
+    motions = mode.acceleration.reshape(-1, 3)
+    arms = [body.outline - body.center_of_mass for body in bodies.values()]
+    ways = [a[:2] + a[2] * arm[:, ::-1] * (-1, 1) for a, arm in zip(motions, arms, strict=True)]  # fmt: skip
+    farthest = max(float(np.hypot(*way.T).max()) for way in ways)
+    whole = np.ptp(np.vstack([body.outline for body in bodies.values()]), axis=0)
+    scale = MOVED * float(whole.max()) / farthest if farthest > 0.0 else 0.0
+    steps = dict(zip(bodies, scale * motions, strict=True))
+
+    def moved(name: str | None, points: _Floats) -> _Floats:
+        if name is None:
+            return points
+        step, center = steps[name], bodies[name].center_of_mass
+        c, s = math.cos(step[2]), math.sin(step[2])
+        turned = (points - center) @ np.array([[c, s], [-s, c]])
+        placed: _Floats = center + step[:2] + turned
+        return placed
+
+    outlines = [moved(name, body.outline) for name, body in bodies.items()]
+    points = [
+        [moved(name, contact.point) for name in contact.bodies]
+        for contact in mode.system.contacts
+    ]
+    return outlines, np.array(points).reshape(-1, 2, 2)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 ROWS = 20
 #: Part of a coordinate in a direction of length 1, above which the coordinate moves. Rounding errors are some 1e-15.
 MOVED = 1e-9
+#: Largest acceleration of a System that holds, in those of gravity and of its forces: errors of programmes, some 1e-10.
+HELD = 1e-7
 #: Largest number of forces of a word that are printed.
 FORCES = 3
 #: Largest number of coordinates of an acceleration that are printed.
@@ -58,6 +60,57 @@ def contacts_named(numbers: Sequence[int]) -> str:
     ('contact 2', 'contacts 1 to 3')
     """
     return f"contact{'' if len(numbers) == 1 else 's'} {listed(numbers)}"
+
+
+def system_holds(mode: sf.SystemMode) -> bool:
+    """Whether no body of a mode of a System moves.
+
+    >>> stack = sf.System([sf.Block(1, 0.5), sf.Block(1, 0.5, at=(0.3, 0.5))])
+    >>> system_holds(sf.onset(stack)), system_holds(sf.onset(stack, acceleration=(9, 0)))
+    (True, False)
+    """
+    system = mode.system
+    lightest = min(body.mass for body in system.bodies.values())
+    pulls = [system.gravity, float(abs(mode.forces).max(initial=0.0)) / lightest]
+    still = float(abs(mode.acceleration).max()) <= HELD * max(pulls)
+    return set(mode.word) <= {"F"} and still
+
+
+def system_mode_in_words(mode: sf.SystemMode) -> str:
+    """What a mode of a System does.
+
+    >>> stack = sf.System([sf.Block(1, 0.5), sf.Block(1, 0.5, at=(0.6, 0.5))])
+    >>> system_mode_in_words(sf.onset(stack))
+    'begins to move: 1 contact opens'
+    """
+    if system_holds(mode):
+        return "holds"
+    opening = mode.word.count("S")
+    sliding = len(mode.word) - opening - mode.word.count("F")
+    parts: list[str] = []
+    for count, verb in ((opening, "open"), (sliding, "slide")):
+        if count:
+            noun = "" if parts else " contact" if count == 1 else " contacts"
+            parts.append(f"{count}{noun} {verb}{'s' if count == 1 else ''}")
+    return f"begins to move: {', '.join(parts) or 'all contacts hold'}"
+
+
+def factor_in_words(factor: sf.LoadFactor) -> tuple[str, str]:
+    """What a LoadFactor says of forces, and of motion.
+
+    >>> brick = sf.System([sf.Block(2, 1)], gravity=10)
+    >>> factor_in_words(sf.load_factor(brick, acceleration=(1, 0)))
+    ('forces hold up to 5 times the load', 'moves from 5 times the load on')
+    """
+    bounded = math.isfinite(factor.static)
+    limit = f"up to {factor.static:.4g} times" if bounded else "any multiple of"
+    if math.isfinite(factor.moves):
+        moves = f"moves from {factor.moves:.4g} times the load on"
+    elif factor.complete:
+        moves = "no contact mode moves"
+    else:
+        moves = "no contact mode that moves was found"
+    return f"forces hold {limit} the load", moves
 
 
 def side_named(contact: sf.RunContact) -> str:

@@ -1,5 +1,7 @@
 """The panels and the texts of a figure."""
 
+from itertools import combinations
+
 from matplotlib.axes import Axes
 from matplotlib.text import Text
 
@@ -36,3 +38,16 @@ def gaps_panel(figure):
 def approach_panels(figure):
     """The gaps against the time left: one panel or none."""
     return [axes for axes in figure.axes if axes.get_xscale() == "log"]
+
+
+def inside_and_apart(figure):
+    """No text leaves the figure or covers another one."""
+    figure.draw_without_rendering()
+    boxes = [(t.get_text(), t.get_window_extent()) for t in visible_texts(figure)]
+    for text, box in boxes:
+        assert figure.bbox.x0 <= box.x0, text
+        assert box.x1 <= figure.bbox.x1, text
+        assert figure.bbox.y0 <= box.y0, text
+        assert box.y1 <= figure.bbox.y1, text
+    for (one, box), (other, second) in combinations(boxes, 2):
+        assert not box.padded(-1.0).overlaps(second.padded(-1.0)), (one, other)

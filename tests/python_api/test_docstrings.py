@@ -24,6 +24,7 @@ import standfast.report
 import standfast.scenery
 import standfast.series
 import standfast.suggest
+import standfast.system_plot
 import standfast.table
 import standfast.units
 from standfast.cli import main
@@ -74,6 +75,7 @@ def run_text(text, name):
         standfast.scenery,
         standfast.series,
         standfast.suggest,
+        standfast.system_plot,
         standfast.table,
         standfast.units,
     ],

@@ -48,6 +48,17 @@ def clattering() -> sf.Run:
     return sf.simulate(ROD, (0.0, 0.011, 0.002), (0.1, 0.0, 0.0), model="local")
 
 
+def toppling() -> sf.System:
+    blocks = {"low": sf.Block(1, 0.5), "high": sf.Block(1, 0.5, at=(0.6, 0.5))}
+    return sf.System(blocks, friction=0.6)
+
+
+def pushed() -> sf.LoadFactor:
+    factor = sf.load_factor(sf.System([sf.Block(2, 1)]), acceleration=(9.81, 0))
+    assert factor is not None
+    return factor
+
+
 SHOWN = {
     "posture": lambda: CRATE,
     "posture of a ball": lambda: BALL,
@@ -58,6 +69,10 @@ SHOWN = {
     "run without a body": lambda: ROD.local().simulate((0.01, 0.02), (0.0, 0.0)),
     "verdict": lambda: sf.stability(VALLEY),
     "modes": lambda: sf.contact_modes(CRATE),
+    "system": toppling,
+    "mode of a system": lambda: sf.onset(toppling()),
+    "mode that holds": lambda: sf.onset(sf.System([sf.Block(1, 1)])),
+    "load factor": pushed,
 }
 
 
@@ -105,12 +120,14 @@ def test_the_html_is_well_formed(kind):
         assert "nan" not in shown.split("</svg>")[0]
 
 
-@pytest.mark.parametrize("kind", ["verdict", "modes"])
+@pytest.mark.parametrize(
+    "kind", ["verdict", "modes", "mode of a system", "mode that holds"]
+)
 def test_a_table_is_that_of_print(kind):
     value = SHOWN[kind]()
     shown = value._repr_html_()
     assert Nesting(shown).texts == [str(value)]
-    assert "a_n &gt; 0" in shown
+    assert ("a_n &gt; 0" in shown) == (kind in ("verdict", "modes"))
 
 
 def test_a_posture_has_its_data_with_units():
@@ -158,6 +175,27 @@ def test_the_picture_of_a_run_is_to_scale(simulated):
     spread = [np.array(p) - np.mean(p, axis=0) for p in (drawn, world)]
     scale = np.linalg.norm(spread[0]) / np.linalg.norm(spread[1])
     np.testing.assert_allclose(spread[0], scale * spread[1], atol=0.1)
+
+
+def test_a_system_has_its_bodies_and_its_contacts_to_scale():
+    system = toppling()
+    shown = system._repr_html_()
+    cells = Nesting(shown).cells
+    assert cells[cells.index("high") :] == ["high", "0.5", "(0.6, 0.75)"]
+    circles = [*picture(shown).iter(f"{SVG}circle")]
+    drawn = np.array([(float(c.get("cx")), -float(c.get("cy"))) for c in circles])
+    world = np.array([contact.point for contact in system.contacts])
+    spread = [p - p.mean(axis=0) for p in (drawn, world)]
+    scale = np.linalg.norm(spread[0]) / np.linalg.norm(spread[1])
+    np.testing.assert_allclose(spread[0], scale * spread[1], atol=0.1)
+
+
+def test_a_load_factor_says_what_forces_hold_and_what_moves():
+    factor = pushed()
+    found = Nesting(factor._repr_html_())
+    assert f"forces hold up to {factor.static:.4g} times the load" in found.cells
+    assert f"moves from {factor.moves:.4g} times the load on" in found.cells
+    assert found.texts == [str(factor.mode)]
 
 
 def test_the_player_holds_the_film():

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import standfast as sf
-from drawn import approach_panels, body_panel, gaps_panel, visible_texts
+from drawn import approach_panels, body_panel, gaps_panel, inside_and_apart
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 from plastic_scenes import local
@@ -259,19 +259,6 @@ def test_a_run_without_record_cannot_be_drawn():
     run = sf.load(EXAMPLES / "clattering_rod.toml").simulate(record=False)
     with pytest.raises(ValueError, match="record"):
         run.plot()
-
-
-def inside_and_apart(figure):
-    """No text leaves the figure or covers another one."""
-    figure.draw_without_rendering()
-    boxes = [(t.get_text(), t.get_window_extent()) for t in visible_texts(figure)]
-    for text, box in boxes:
-        assert figure.bbox.x0 <= box.x0, text
-        assert box.x1 <= figure.bbox.x1, text
-        assert figure.bbox.y0 <= box.y0, text
-        assert box.y1 <= figure.bbox.y1, text
-    for (one, box), (other, second) in combinations(boxes, 2):
-        assert not box.padded(-1.0).overlaps(second.padded(-1.0)), (one, other)
 
 
 @pytest.mark.parametrize("name", SCENES)

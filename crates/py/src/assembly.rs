@@ -1,5 +1,7 @@
 //! Assemblies of bodies that stand on each other.
 
+use std::path::PathBuf;
+
 use numpy::{PyArray1, PyArrayDyn, ToPyArray};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyString};
@@ -346,6 +348,40 @@ impl PySystem {
         self.0.mechanism().map(PyMechanism).map_err(|e| to_py(&e))
     }
 
+    /// Draws the bodies, the ground and the contacts; with forces also the force of each joint: a line along the force through the point where it acts,
+    /// with a length that is its size. Of the two contacts of flush sides it is the sum. The points are joined within bodies that have
+    /// two such joints: the line of thrust. Forces at the limit of friction have another colour. Returns the matplotlib.figure.Figure, or `ax` if it is given.
+    ///
+    /// forces : (contacts, 2) tangential and normal, N, such as `SystemMode.forces` and `LoadFactor.forces`.
+    /// path : file of the new figure; the suffix determines the format. ax : matplotlib axes.
+    ///
+    /// Raises ValueError naming the argument, for a suffix that is no picture format, and for both `path` and `ax`; TypeError if `ax` is no axes; OSError if the
+    /// file cannot be written. Needs matplotlib (extra `plot`).
+    ///
+    /// >>> import standfast as sf
+    /// >>> stack = sf.System([sf.Block(1, 0.5), sf.Block(1, 0.5, at=(0.3, 0.5))])
+    /// >>> figure = stack.plot(forces=sf.onset(stack).forces)
+    #[pyo3(signature = (path=None, *, forces=None, ax=None))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        path: Option<PathBuf>,
+        forces: Option<&Bound<'py, PyAny>>,
+        ax: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let py = slf.py();
+        let forces = forces.map(|given| {
+            let forces = slf.get().own(input::contact_forces(given)?)?;
+            array(py, forces.concat(), &[forces.len(), 2])
+        });
+        let arguments = (slf, path, ax, forces.transpose()?);
+        py.import("standfast.system_plot")?.call_method1("plot_system", arguments)
+    }
+
+    /// The HTML that a notebook shows.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.notebook")?.call_method1("of_system", (slf,))
+    }
+
     pub(crate) fn __repr__(&self) -> String {
         let bodies = self.0.fields().bodies.len();
         let bodies = if bodies == 1 { "1 body".into() } else { format!("{bodies} bodies") };
@@ -364,6 +400,29 @@ impl PySystem {
         keywords.set_item("restitution", self.restitution())?;
         keywords.set_item("tangential_restitution", self.tangential_restitution())?;
         Ok((question(py.get_type::<Self>().into_any(), &keywords)?, ()))
+    }
+}
+
+impl PySystem {
+    /// Finite forces with one pair for each contact.
+    fn own(&self, forces: Vec<[f64; 2]>) -> PyResult<Vec<[f64; 2]>> {
+        let contacts = self.0.contacts().len();
+        if forces.len() != contacts {
+            return Err(to_py(&Error::Unusable {
+                field: "forces".into(),
+                value: format!("[{} pairs]", forces.len()),
+                allowed: format!("a pair for each of the {contacts} contacts"),
+            }));
+        }
+        let wrong = |k: usize| !forces[k / 2][k % 2].is_finite();
+        if let Some(k) = (0..2 * contacts).find(|k| wrong(*k)) {
+            return Err(to_py(&Error::OutOfRange {
+                field: format!("forces.{}.{}", k / 2 + 1, ["tangential", "normal"][k % 2]),
+                value: forces[k / 2][k % 2],
+                allowed: "finite",
+            }));
+        }
+        Ok(forces)
     }
 }
 
@@ -498,6 +557,7 @@ pub(crate) fn load_factor(
     let system = owner.get().clone();
     let found = owner.py().detach(|| system.0.load_factor(&load)).map_err(|e| to_py(&e))?;
     Ok(found.map(|found| PyLoadFactor {
+        system: system.clone(),
         statics: found.statics,
         forces: found.forces,
         moves: found.moves,
@@ -571,10 +631,7 @@ impl PySystemMode {
             let allowed = format!("one entry for each of the {} coordinates", system.dof());
             return wrong("acceleration", format!("[{} entries]", acceleration.len()), allowed);
         }
-        if forces.len() != contacts {
-            let allowed = format!("a pair for each of the {contacts} contacts");
-            return wrong("forces", format!("[{} pairs]", forces.len()), allowed);
-        }
+        let forces = system.own(forces)?;
         Ok(Self { system, mode: SystemMode { word: letters, factor, acceleration, forces } })
     }
 
@@ -608,6 +665,32 @@ impl PySystemMode {
         slf.py().import("standfast.table")?.call_method1("system_mode_table", (slf,))
     }
 
+    /// Draws how the system begins to move: its bodies moved along their accelerations, with marks where contacts open, slide and are hinges; or, if it
+    /// holds, the forces that hold it. Returns the matplotlib.figure.Figure, or `ax` if it is given.
+    ///
+    /// path : file of the new figure; the suffix determines the format. ax : matplotlib axes.
+    ///
+    /// Raises ValueError for a suffix that is no picture format, and for both `path` and `ax`; TypeError if `ax` is no axes; OSError if the
+    /// file cannot be written. Needs matplotlib (extra `plot`).
+    ///
+    /// >>> import standfast as sf
+    /// >>> stack = sf.System([sf.Block(1, 0.5), sf.Block(1, 0.5, at=(0.6, 0.5))])
+    /// >>> sf.onset(stack).plot().axes[0].get_title(loc="left")
+    /// 'begins to move: 1 contact opens'
+    #[pyo3(signature = (path=None, *, ax=None))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        path: Option<PathBuf>,
+        ax: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.system_plot")?.call_method1("plot_mode", (slf, path, ax))
+    }
+
+    /// The HTML that a notebook shows.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.notebook")?.call_method1("of_system_mode", (slf,))
+    }
+
     fn __repr__(&self) -> String {
         let word = self.word();
         let short = if word.len() > 40 { format!("{}…", &word[..40]) } else { word };
@@ -623,13 +706,14 @@ impl PySystemMode {
 
 /// How much of a load a System holds.
 ///
-/// static : the largest multiple of the load that contact forces within the friction cones can balance; inf if there is no bound. forces : (contacts, 2) tangential and
+/// system : System. static : the largest multiple of the load that contact forces within the friction cones can balance; inf if there is no bound. forces : (contacts, 2) tangential and
 /// normal, N, that balance it (without the load if there is no bound). moves : the least multiple at which a contact opens or slides in a contact mode; inf if none does. It is less
 /// than `static` where forces can balance what need not stand. mode : a SystemMode that moves, at a load just above; or None. complete : whether `moves` is the least of all words; of systems of more than eight contacts only the word just above
 /// the static factor is tried.
 #[pyclass(frozen, eq, name = "LoadFactor", module = "standfast")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyLoadFactor {
+    system: PySystem,
     statics: f64,
     forces: Vec<[f64; 2]>,
     moves: f64,
@@ -641,19 +725,22 @@ pub(crate) struct PyLoadFactor {
 impl PyLoadFactor {
     #[new]
     fn new(
+        system: &Bound<'_, PyAny>,
         r#static: f64,
         #[pyo3(from_py_with = input::contact_forces)] forces: Vec<[f64; 2]>,
         moves: f64,
         mode: Option<Bound<'_, PySystemMode>>,
         complete: bool,
-    ) -> Self {
-        Self {
-            statics: r#static,
-            forces,
-            moves,
-            mode: mode.map(|mode| mode.get().clone()),
-            complete,
-        }
+    ) -> PyResult<Self> {
+        let system = some_system(system)?.get().clone();
+        let forces = system.own(forces)?;
+        let mode = mode.map(|mode| mode.get().clone());
+        Ok(Self { system, statics: r#static, forces, moves, mode, complete })
+    }
+
+    #[getter]
+    fn system(&self) -> PySystem {
+        self.system.clone()
     }
 
     #[getter]
@@ -681,12 +768,40 @@ impl PyLoadFactor {
         self.complete
     }
 
+    /// Draws the forces at the static factor beside the mode that moves; into `ax` only the mode. Without a mode only the forces are drawn, and the title says so.
+    /// Returns the matplotlib.figure.Figure, or `ax` if it is given.
+    ///
+    /// path : file of the new figure; the suffix determines the format. ax : matplotlib axes.
+    ///
+    /// Raises ValueError for a suffix that is no picture format, and for both `path` and `ax`; TypeError if `ax` is no axes; OSError if the
+    /// file cannot be written. Needs matplotlib (extra `plot`).
+    ///
+    /// >>> import standfast as sf
+    /// >>> brick = sf.System([sf.Block(2, 1)], gravity=10)
+    /// >>> figure = sf.load_factor(brick, acceleration=(1, 0)).plot()
+    /// >>> [axes.get_title(loc="left") for axes in figure.axes]
+    /// ['forces hold up to 5 times the load', 'moves from 5 times the load on: 2 contacts slide']
+    #[pyo3(signature = (path=None, *, ax=None))]
+    fn plot<'py>(
+        slf: &Bound<'py, Self>,
+        path: Option<PathBuf>,
+        ax: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.system_plot")?.call_method1("plot_factor", (slf, path, ax))
+    }
+
+    /// The HTML that a notebook shows.
+    fn _repr_html_<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("standfast.notebook")?.call_method1("of_load_factor", (slf,))
+    }
+
     fn __repr__(&self) -> String {
         format!("<LoadFactor: static {}, moves {}>", self.statics, self.moves)
     }
 
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
-        let arguments = (self.statics, self.forces(py)?, self.moves, self.mode(), self.complete);
+        let arguments =
+            (self.system(), self.statics, self.forces(py)?, self.moves, self.mode(), self.complete);
         Ok((py.get_type::<Self>().into_any(), arguments.into_pyobject(py)?.into_any()))
     }
 }
