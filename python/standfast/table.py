@@ -263,7 +263,7 @@ def system_mode_table(mode: sf.SystemMode) -> str:
         holds         1 on the ground at (-0.5, 0); 1 on the ground at (0.5, 0); 2 on 1 at (0.5, 1)
         accelerates   2.x 1.15; 2.y -0.2299; 2.theta -2.299
     """
-    if not mode.acceleration.any():
+    if system_holds(mode):
         return f"{counted(len(mode.word), 'contact')}, none opens or slides: forces hold the system"
     numbers = {
         "open": mode.word.count("S"),

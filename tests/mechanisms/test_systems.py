@@ -315,6 +315,12 @@ def test_least_thickness_of_arches_of_any_size(count, width):
     assert hinges(mode) == 6
 
 
+def test_a_mode_that_holds_but_for_rounding_says_so():
+    mode = sf.onset(arch(9, 0.12))
+    assert mode.acceleration.any()
+    assert str(mode) == "20 contacts, none opens or slides: forces hold the system"
+
+
 def test_a_mode_of_hundreds_of_contacts_is_copied_and_pickled():
     mode = sf.onset(arch(301, 0.1))
     assert pickle.loads(pickle.dumps(mode)) == mode == copy.deepcopy(mode)
