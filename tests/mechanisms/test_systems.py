@@ -452,3 +452,20 @@ def test_the_least_multiple_that_moves_is_the_static_one_of_random_stacks():
 def test_wrong_input_is_named(make, message):
     with pytest.raises((ValueError, TypeError), match=message):
         make()
+
+
+def test_nested_accumulations_of_a_stack_end():
+    """Contacts that are hit one after the other accumulate again and again; once all speeds are what rounding leaves, the stack rests."""
+    stack = sf.System([sf.Block(0.5, 1), sf.Block(1, 0.5, at=(0.1, 1))])
+    assert sf.stability(stack).by == "potential-well"
+    start = (0, 0.002, 0.001, 0, 0.004, -0.001)
+    run = sf.simulate(stack, start, impact="newton", record=False)
+    assert run.outcome == "rest"
+    assert run.collisions > 10_000
+    # The same run a thousandth of the way before its end: its speeds are small, and not yet those of rounding.
+    before = sf.simulate(
+        stack, start, impact="newton", record=False, event_limit=25_000
+    )
+    fastest = np.sqrt(2 * G * 0.004)
+    assert 1e-9 * fastest < np.abs(before.qdot).max() < 1e-6 * fastest
+    assert run.time - before.time < 1e-5 * run.time

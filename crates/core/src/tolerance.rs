@@ -375,6 +375,10 @@ pub(crate) const CONTACTS_APART: f64 = 1e-3;
 /// time elapsed if that is larger. The value is about 50 ε. Range: 1e-15 to 1e-13.
 pub(crate) const QUIET_LANDING: f64 = 1e-14;
 
+/// Speed of a mechanism at a touchdown of one of three or more contacts, with another one held, that counts as zero. Unit: that of `QUIET_LANDING`. Nested
+/// accumulations of several contacts that are hit one after the other go on for ever with speeds of about 1e-10, which rounding errors of the gaps leave. Range: 5e-10 to 1e-8.
+pub(crate) const QUIET_CHATTER: f64 = 1e-9;
+
 /// Rounding error of the ratio of two landing speeds that are one cycle apart. Unit: ε. Range: 16 to 256.
 pub(crate) const CYCLE_RATIO_ROUNDINGS: f64 = 64.0;
 

@@ -824,6 +824,9 @@ impl<'a> Driver<'a> {
         {
             return end.into();
         }
+        if let Some(end) = self.stop_chatter() {
+            return end.into();
+        }
         let Some(k) = only_held(word).filter(|_| self.lap.is_none()) else {
             return DriverStep::Piece;
         };

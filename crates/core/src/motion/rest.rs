@@ -9,7 +9,7 @@ use crate::motion::moving::Moving;
 use crate::motion::record::{Moment, Record, ZenoRecord};
 use crate::options::Stop;
 use crate::outcome::{Cause, Outcome, ZenoMethod};
-use crate::tolerance::LEFT_OF_ZERO;
+use crate::tolerance::{LEFT_OF_ZERO, QUIET_CHATTER, REMAINDER_FACTOR};
 
 /// The warning of a run in which the contacts rest and other coordinates move on.
 const HIDDEN: &str = "the contacts rest, but coordinates that they do not feel move on";
@@ -201,6 +201,26 @@ impl Driver<'_> {
         }
         self.cycles.forget();
         Some(self.settle(&[0, 1], Some(ZenoMethod::Mixed), false, error, 0.0))
+    }
+
+    /// A contact of several over constant rows lands while others are held, and all speeds are what rounding leaves of nested accumulations: the contacts whose gaps
+    /// are as little come to rest.
+    pub(super) fn stop_chatter(&mut self) -> Option<Option<Outcome>> {
+        let Moving::Frozen(rows) = &self.state else { return None };
+        let (left, gravity) = (rows.speed(), self.state.gravity());
+        let fastest = self.fastest.max(gravity * self.log.clock.hi);
+        let quiet = gravity > 0.0 && left <= QUIET_CHATTER * fastest;
+        if !quiet || rows.points.len() < 3 {
+            return None;
+        }
+        let fall = REMAINDER_FACTOR * left * left / gravity;
+        let is_near = |&i: &usize| rows.points[i].h <= fall + rows.points[i].rounding.gap;
+        let near: ContactValues<usize> = (0..rows.points.len()).filter(is_near).collect();
+        near.iter().for_each(|&i| self.state.set_point(i, (0.0, 0.0)));
+        self.state.stand();
+        self.cycles.forget();
+        let error = REMAINDER_FACTOR * left / gravity;
+        Some(self.settle(&near, Some(ZenoMethod::Mixed), false, error, 0.0))
     }
 
     /// No mode is consistent, with speeds that are what impacts one after the other have left of zero: everything stands. At rest there is a
