@@ -12,7 +12,9 @@ import numpy as np
 import numpy.typing as npt
 
 from standfast import certificate
-from standfast._core import Contact, Posture, Verdict, stability
+from standfast._core import Contact, Mechanism, Posture, Verdict, stability
+from standfast.certificate.exact import inner
+from standfast.certificate.mechanism import Pad, Rows, rows_of
 
 Vectors = npt.NDArray[np.float64]
 
@@ -29,23 +31,31 @@ def make(verdict: Verdict) -> dict[str, Any]:
             "the verdict is undecided; only a decided one has a certificate"
         )
     if verdict.mechanism is not None:
-        # With all joints locked it is a rigid body; ValueError for others.
-        body = verdict.mechanism.posture()
-        return make(stability(body, jams=verdict.after_jam, width=verdict.width))
-    posture, by = verdict.posture, verdict.by
-    assert posture is not None
-    found = {
+        body = body_of(verdict.mechanism)
+        if body is not None:
+            return make(stability(body, jams=verdict.after_jam, width=verdict.width))
+    by = verdict.by
+    found: dict[str, Any] = {
         "conventions": certificate.CONVENTIONS,
-        "scene": scene(posture, verdict.contacts),
-        **_claimed(
-            posture,
+        "scene": scene_of(verdict),
+    }
+    if verdict.posture is not None:
+        found |= _claimed(
+            verdict.posture,
             verdict.contacts,
             verdict.frictional_stability,
             by,
             verdict.evidence,
             verdict.after_jam,
-        ),
-    }
+        )
+    else:
+        found["claim"] = {
+            "frictional_stability": verdict.frictional_stability,
+            "by": by,
+            "contacts": verdict.contacts,
+            "jams": verdict.after_jam,
+        }
+        found["data"] = mechanism_data(rows_of(found["scene"]), by)
     try:
         certificate.check(found)
     except ValueError as error:
@@ -90,10 +100,60 @@ def scene(posture: Posture, contacts: Sequence[int]) -> dict[str, Any]:
     }
 
 
+def body_of(mechanism: Mechanism) -> Posture | None:
+    """The rigid body that a mechanism is with all joints locked; None if it is none."""
+    with suppress(ValueError):
+        return mechanism.posture()
+    return None
+
+
+def scene_of(verdict: Verdict) -> dict[str, Any]:
+    """The scene of the certificate of a verdict."""
+    if verdict.mechanism is None:
+        assert verdict.posture is not None
+        return scene(verdict.posture, verdict.contacts)
+    body = body_of(verdict.mechanism)
+    if body is not None:
+        return scene(body, verdict.contacts)
+    return mechanism_scene(verdict.mechanism)
+
+
+def mechanism_scene(mechanism: Mechanism) -> dict[str, Any]:
+    """The constant rows of a mechanism, in the coordinates that are not locked."""
+    free = sorted(set(range(mechanism.dof)) - set(mechanism.locked))
+
+    def exact(row: Vectors) -> list[str]:
+        return [float(row[k]).hex() for k in free]
+
+    mass = mechanism.mass_matrix.copy()
+    if mechanism.armature is not None:
+        mass += np.diag(mechanism.armature)
+    rest = mechanism.restitution
+    return {
+        "mass_matrix": [exact(mass[k]) for k in free],
+        "load": exact(mechanism.load),
+        "contacts": [
+            {
+                "number": k,
+                "normal": exact(rows.normal),
+                "tangential": exact(rows.tangential),
+                "friction": rows.friction.hex(),
+                "restitution": (
+                    rest if rows.restitution is None else rows.restitution
+                ).hex(),
+                "tangential_restitution": rows.tangential_restitution.hex(),
+            }
+            for k, rows in enumerate(mechanism.contacts, start=1)
+        ],
+    }
+
+
 def same_scene(stated: Any, real: Any, path: Path, name: str = "scene") -> None:
     """Refuses the scene of a certificate that is not the one of a scene file, and names the first value that differs."""
     if isinstance(real, dict):
         for key, part in real.items():
+            if key not in stated:
+                raise ValueError(f"{name} has no entry {key!r}; {path} has one")
             same_scene(stated[key], part, path, f"{name}.{key}")
     elif isinstance(real, list) and len(stated) == len(real):
         for k, part in enumerate(real):
@@ -201,6 +261,78 @@ def _range(part: Any) -> dict[str, Any]:
     slope = [end if isinstance(end, str) else float(end).hex() for end in part["slope"]]
     weight = float(part["weight"]).hex()
     return {"contact": part["contact"], "slope": slope, "weight": weight}
+
+
+def mechanism_data(rows: Rows, by: str) -> dict[str, Any]:
+    match by:
+        case "not-equilibrium":
+            return {"separates": texts(holding_none(rows, rows.feet))}
+    raise ValueError(f"there is no certificate yet of a verdict by {by} on a mechanism")
+
+
+def texts(values: Sequence[Fraction]) -> list[str]:
+    """Doubles in hexadecimal, others as fractions."""
+    return [
+        float(value).hex() if Fraction(float(value)) == value else str(value)
+        for value in values
+    ]
+
+
+def holding_none(rows: Rows, feet: Sequence[Pad]) -> list[Fraction]:
+    """y with y·w ≥ 0 for the edges w of the friction cones of some contacts, and y·load > 0: as `separating`, in any number of coordinates."""
+    edges = [foot.edge(side) for foot in feet for side in (1, -1)]
+    roots = np.sqrt([float(row[k]) for k, row in enumerate(rows.mass)])
+    points = np.array([*filter(any, edges), rows.load], dtype=float) / roots
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    found = nearest_to_zero(points) / roots
+    y = [
+        Fraction(part) for part in (found / np.abs(found).max(initial=1e-300)).tolist()
+    ]
+    if inner(y, rows.load) > 0 and all(inner(y, edge) >= 0 for edge in edges):
+        return y
+    weights, y = weights_of(edges, [-part for part in rows.load])
+    if weights is not None:
+        raise ValueError("forces in the friction cones hold the load exactly")
+    return y
+
+
+def weights_of(
+    columns: Sequence[Sequence[Fraction]], total: Sequence[Fraction]
+) -> tuple[list[Fraction] | None, list[Fraction]]:
+    """Weights a ≥ 0 of columns w with Σ a w = total, or None and a y with y·w ≥ 0 for all columns and y·total < 0.
+
+    The first phase of the simplex method in fractions, with the rule of Bland [1977] for the least Σ of what is missing in each row."""
+    n, count = len(total), len(columns)
+    signs = [-1 if part < 0 else 1 for part in total]
+    tableau = [
+        [signs[k] * column[k] for column in columns]
+        + [Fraction(j == k) for j in range(n)]
+        + [signs[k] * total[k]]
+        for k in range(n)
+    ]
+    basis = list(range(count, count + n))
+    # The reduced costs: those of the columns that are missing are 1 less a multiplier.
+    cost = [-sum(column) for column in zip(*tableau, strict=True)]
+    cost[count : count + n] = [Fraction(0)] * n
+    while (new := next((j for j in range(count) if cost[j] < 0), None)) is not None:
+        rows = [k for k in range(n) if tableau[k][new] > 0]
+        out = min(rows, key=lambda k: (tableau[k][-1] / tableau[k][new], basis[k]))
+        lead = [part / tableau[out][new] if part else part for part in tableau[out]]
+        tableau[out], basis[out] = lead, new
+        for row in (*tableau, cost):
+            factor = row[new]
+            if row is not lead and factor:
+                row[:] = [
+                    a - factor * b if b else a for a, b in zip(row, lead, strict=True)
+                ]
+    if cost[-1] == 0:
+        weights = [Fraction(0)] * count
+        for k, j in enumerate(basis):
+            if j < count:
+                weights[j] = tableau[k][-1]
+        return weights, []
+    multipliers = [1 - part for part in cost[count : count + n]]
+    return None, [-sign * part for sign, part in zip(signs, multipliers, strict=True)]
 
 
 def separating(posture: Posture, contacts: Sequence[int]) -> Vectors:

@@ -290,6 +290,11 @@ def _is_large(system: sf.System) -> bool:
         return True
 
 
+def _standing(scene: sf.Scene | sf.MechanismScene) -> sf.Posture | sf.Mechanism:
+    """What stands in a scene."""
+    return scene.mechanism if isinstance(scene, sf.MechanismScene) else scene.posture
+
+
 @app.command
 def stability(
     scene: Annotated[Path, Parameter(converter=_path)],
@@ -333,9 +338,7 @@ def stability(
     loaded = load_any(scene)
     with _of(scene):
         verdict = sf.stability(
-            loaded.mechanism
-            if isinstance(loaded, sf.MechanismScene)
-            else loaded.posture,
+            _standing(loaded),
             jams=cast(Any, jams or loaded.options["jams"]),
             width=width,
             trials=trials,
@@ -372,14 +375,13 @@ def check(
         found = sf.certificate.read(certificate)
         sf.certificate.check(found)
     if scene is not None:
-        from standfast.certificate_maker import same_scene
-        from standfast.certificate_maker import scene as scene_of
+        from standfast.certificate_maker import same_scene, scene_of
 
-        posture = sf.load(scene).posture
+        loaded = load_any(scene)
         with _of(scene):
-            touching = sf.stability(posture).contacts
+            verdict = sf.stability(_standing(loaded))
         with _of(certificate):
-            same_scene(found["scene"], scene_of(posture, touching), scene)
+            same_scene(found["scene"], scene_of(verdict), scene)
     same = "" if scene is None else f"\n  the scene of {scene.name}"
     _say(f"{certificate.name}: {sf.certificate.summary(found)}{same}")
 

@@ -10,8 +10,9 @@ from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
+from . import mechanism
 from .feet import descending_pair, neutral, no_solution, well
 from .intervals import require
 from .leaving import accelerating_mode, growing_cycle, growing_trap
@@ -24,6 +25,9 @@ from .rest import (
     theorem_3_loose,
 )
 from .scene import Body, body_of, entry
+
+#: What a claim is about.
+Scene = TypeVar("Scene", Body, mechanism.Rows)
 
 #: The version of the format and of the conventions: axes, signs, names.
 CONVENTIONS = 1
@@ -53,15 +57,28 @@ CHECKS: dict[str, tuple[str, Callable[[Body, Any], Any]]] = {
     "single-support": ("unstable", single_support),
 }
 
+#: The same for mechanisms and assemblies, whose scene has a mass matrix.
+MECHANISM_CHECKS: dict[str, tuple[str, Callable[[mechanism.Rows, Any], Any]]] = {
+    "not-equilibrium": ("unstable", mechanism.not_equilibrium),
+}
+
 
 def claimed(body: Body, certificate: Any) -> str:
     """Checks the claim of a certificate on a body, and returns it: "stable" or "unstable"."""
+    return _proved(body, certificate, CHECKS)
+
+
+def _proved(
+    body: Scene,
+    certificate: Any,
+    checks: dict[str, tuple[str, Callable[[Scene, Any], Any]]],
+) -> str:
     claim = entry(certificate, "claim", "certificate")
     stability, by = (
         entry(claim, key, "claim") for key in ("frictional_stability", "by")
     )
     require(
-        isinstance(by, str) and by in CHECKS,
+        isinstance(by, str) and by in checks,
         f"claim.by {by!r} is no argument that can be checked",
     )
     rule = "impact" if body.resolves_jams else "none"
@@ -73,7 +90,7 @@ def claimed(body: Body, certificate: Any) -> str:
         entry(claim, "contacts", "claim") == [foot.name for foot in body.feet],
         f"claim.contacts {claim['contacts']!r} are not the contacts of the scene",
     )
-    proves, check_claim = CHECKS[by]
+    proves, check_claim = checks[by]
     try:
         proved = check_claim(body, entry(certificate, "data", "certificate")) or proves
     except ValueError as error:
@@ -106,9 +123,13 @@ def check(certificate: Any) -> None:
         type(version) is int and version == CONVENTIONS,
         f"conventions {version!r}: this program checks version {CONVENTIONS}",
     )
-    body = body_of(entry(certificate, "scene", "certificate"))
+    scene = entry(certificate, "scene", "certificate")
     rule = entry(entry(certificate, "claim", "certificate"), "jams", "claim")
-    claimed(replace(body, resolves_jams=rule == "impact"), certificate)
+    if isinstance(scene, dict) and "mass_matrix" in scene:
+        rows = replace(mechanism.rows_of(scene), resolves_jams=rule == "impact")
+        _proved(rows, certificate, MECHANISM_CHECKS)
+    else:
+        claimed(replace(body_of(scene), resolves_jams=rule == "impact"), certificate)
 
 
 def read(path: Path) -> Any:
@@ -141,13 +162,19 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def summary(certificate: Any) -> str:
     """The claim of a certificate that has been checked, and the scene on which it holds."""
     claim, scene = certificate["claim"], certificate["scene"]
+    if "mass_matrix" in scene:
+        numbers: tuple[str, ...] = ("mass_matrix", "load")
+        rows: tuple[str, ...] = ("normal", "tangential", "tangential_restitution")
+    else:
+        numbers = ("mass", "gyration_radius", "center_of_mass", "gravity")
+        rows = ("point", "slope")
     lines = [
         f"{claim['frictional_stability']} by {claim['by']}: every step holds",
         f"contacts {', '.join(map(str, claim['contacts']))}, jams = {claim['jams']!r}",
-        _values(scene, "mass", "gyration_radius", "center_of_mass", "gravity"),
+        _values(scene, *numbers),
     ]
     for foot in scene["contacts"]:
-        values = _values(foot, "point", "slope", "friction", "restitution")
+        values = _values(foot, *rows, "friction", "restitution")
         lines.append(f"contact {foot['number']}: {values}")
     return "\n  ".join(lines)
 

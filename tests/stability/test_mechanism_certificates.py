@@ -1,0 +1,160 @@
+"""Certificates of verdicts on assemblies and mechanisms: they hold, and none holds for a claim that is false.
+
+STANDFAST_ASSEMBLY_CERTIFICATES sets the number of random assemblies (40)."""
+
+import collections
+import copy
+import json
+import os
+from fractions import Fraction
+
+import numpy as np
+import pytest
+import standfast as sf
+from assemblies import KINDS, drawn, tower
+from standfast.certificate.exact import rational
+from standfast.certificate_maker import weights_of
+from standfast.cli import main
+
+ASSEMBLIES = int(os.environ.get("STANDFAST_ASSEMBLY_CERTIFICATES", "40"))
+
+
+def leaning(friction=0.6):
+    """The upper block is over the edge."""
+    return sf.System([sf.Block(1, 0.5), sf.Block(1, 0.5, at=(0.6, 0.5))], friction=friction)  # fmt: skip
+
+
+def refused(certificate, words):
+    with pytest.raises(ValueError, match=words):
+        sf.certificate.check(certificate)
+
+
+def changed(certificate, path, value):
+    """A copy with another value in this place; a function makes it of the old one."""
+    other = copy.deepcopy(certificate)
+    place = other
+    for key in path[:-1]:
+        place = place[key]
+    place[path[-1]] = value(place[path[-1]]) if callable(value) else value
+    return other
+
+
+def assemblies():
+    """Random assemblies, half of them towers of two or three blocks."""
+    for seed in range(ASSEMBLIES):
+        rng = np.random.default_rng([5, seed])
+        kind = (lambda rng: tower(rng, 2, 3)) if seed % 2 else KINDS[rng.integers(len(KINDS))]  # fmt: skip
+        yield drawn(rng, kind, rng.choice([0, 0.3]))
+
+
+def test_random_assemblies_out_of_equilibrium():
+    seen = collections.Counter()
+    for system in assemblies():
+        verdict = sf.stability(system)
+        if verdict.by != "not-equilibrium":
+            continue
+        certificate = json.loads(json.dumps(verdict.certificate()))
+        sf.certificate.check(certificate)
+        assert certificate["claim"]["contacts"] == verdict.contacts
+        refused(changed(certificate, ("data", "separates"), lambda y: [str(-rational(part, "y")) for part in y]), "not-equilibrium: y·load is not positive")  # fmt: skip
+        seen[len(system.bodies)] += 1
+    print(dict(seen))
+    assert seen
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        # The corner of the lower block is beyond the centre of mass of the upper one.
+        (("scene", "contacts", 3, "normal", 5), (0.1).hex(), "not-equilibrium: y·w of the edge N . μT of contact 4"),
+        (("scene", "load"), lambda load: [(-float.fromhex(x)).hex() for x in load], "not-equilibrium: y·load is not positive"),
+        (("scene", "contacts"), lambda contacts: contacts[:-1], "claim.contacts"),
+        (("scene", "mass_matrix", 0, 0), (-1.0).hex(), "mass_matrix is not positive definite"),
+        (("scene", "mass_matrix", 0, 1), (0.1).hex(), "mass_matrix is not symmetric"),
+        (("scene", "mass_matrix"), [], "mass_matrix is not a list of 6 rows"),
+        (("scene", "load"), [], "scene.load is empty"),
+        (("scene", "load"), [(0.0).hex()] * 101, "at most 100 are checked"),
+        (("scene", "contacts", 0, "friction"), (-0.1).hex(), r"contacts\[0\].friction is negative"),
+        (("scene", "contacts", 0, "friction"), "1/2", r"contacts\[0\].friction is not a finite double"),
+        (("scene", "contacts", 0, "restitution"), (1.0).hex(), "below 1"),
+        (("scene", "contacts", 1, "number"), 1, "not in order"),
+        (("claim", "frictional_stability"), "stable", "not-equilibrium proves 'unstable'"),
+        (("claim", "by"), "well", "no argument that can be checked"),
+        (("data", "separates"), lambda y: y[1:], "data.separates is not a list of 6 numbers"),
+        (("data", "separates", 0), "1/0", r"data.separates\[0\] is not a finite double"),
+        (("data", "separates", 0), 0.5, r"data.separates\[0\] is not a finite double"),
+    ],
+)  # fmt: skip
+def test_a_false_certificate_out_of_equilibrium_is_refused_by_name(path, value, words):
+    certificate = sf.stability(leaning()).certificate()
+    refused(changed(certificate, path, value), words)
+
+
+def test_more_friction_than_stated_is_refused():
+    """A block on a slope of 30° slides on friction .5, not on .6."""
+    line = [(-9 * np.cos(0.5236), -9 * np.sin(0.5236)), (9 * np.cos(0.5236), 9 * np.sin(0.5236))]  # fmt: skip
+    up = np.array([-np.sin(0.5236), np.cos(0.5236)])
+    blocks = [sf.Block(1, 0.3, at=0.3 * k * up, turn=0.5236) for k in (0, 1)]
+    certificate = sf.stability(sf.System(blocks, ground=line, friction=0.5)).certificate()  # fmt: skip
+    for contact in certificate["scene"]["contacts"]:
+        contact["friction"] = (0.6).hex()
+    refused(certificate, "not-equilibrium: y·w of the edge")
+
+
+def test_weak_signs_are_found_in_fractions():
+    """Walls without friction press from both sides: y·w = 0 for them, exactly."""
+    walls = [sf.ContactRows(side * np.array([1, 0, 0.1 * x, x]), [0, side, 0.3, 0]) for side in (1, -1) for x in (0.1, 0.7)]  # fmt: skip
+    certificate = sf.stability(sf.Mechanism(np.eye(4), [0, -9, 0, 0], walls)).certificate()  # fmt: skip
+    assert certificate["claim"]["by"] == "not-equilibrium"
+    sf.certificate.check(certificate)
+    y = [rational(part, "y") for part in certificate["data"]["separates"]]
+    for contact in certificate["scene"]["contacts"]:
+        assert sum(a * Fraction(float.fromhex(b)) for a, b in zip(y, contact["normal"], strict=True)) == 0  # fmt: skip
+
+
+def test_weights_or_a_separating_vector():
+    """Of random columns, most of them degenerate: one of the two always, exactly."""
+    rng, seen = np.random.default_rng(6), collections.Counter()
+    for _ in range(200):
+        n = int(rng.integers(1, 5))
+        columns = [[Fraction(int(x)) for x in rng.integers(-2, 3, n)] for _ in range(rng.integers(1, 8))]  # fmt: skip
+        total = [Fraction(int(x)) for x in rng.integers(-2, 3, n)]
+        weights, y = weights_of(columns, total)
+        inner = lambda a, b: sum(p * q for p, q in zip(a, b, strict=True))  # noqa: E731
+        if weights is None:
+            assert all(inner(y, column) >= 0 for column in columns)
+            assert inner(y, total) < 0
+        else:
+            assert min(weights) >= 0
+            assert [inner(weights, row) for row in zip(*columns, strict=True)] == total
+        seen[weights is None] += 1
+    assert min(seen.values()) > 50
+
+
+def test_a_locked_joint_is_no_coordinate_of_the_scene():
+    rows = [sf.ContactRows([0, 1, x, 0.3], [1, 0, 0.5, 0.1], friction=0.3) for x in (-1, 1)]  # fmt: skip
+    mechanism = sf.Mechanism(np.diag([1, 1, 0.3, 2]), [5, -9, 0, 1], rows, locked=[3], armature=[0, 0.5, 0, 0])  # fmt: skip
+    verdict = sf.stability(mechanism)
+    assert verdict.by == "not-equilibrium"
+    scene = verdict.certificate()["scene"]
+    assert [float.fromhex(x) for x in scene["load"]] == [5, -9, 0]
+    assert float.fromhex(scene["mass_matrix"][1][1]) == 1.5
+
+
+def test_on_the_command_line(tmp_path, capsys):
+    path, scene, other = (tmp_path / name for name in ("certificate.json", "leaning.toml", "rough.toml"))  # fmt: skip
+    still = np.zeros(6)
+    sf.MechanismScene(leaning(), still, still).save(scene)
+    sf.MechanismScene(leaning(0.7), still, still).save(other)
+    assert main(["stability", str(scene), "--certificate", str(path)]) == 0
+    assert main(["check", str(path), str(scene)]) == 0
+    shown = capsys.readouterr().out
+    assert "unstable by not-equilibrium: every step holds\n" in shown
+    assert "load = (0.0, -4.905, " in shown
+    assert shown.endswith("  the scene of leaning.toml\n")
+    assert main(["check", str(path), str(other)]) == 2
+    assert f"scene.contacts[0].friction is 0.6; in {other} it is 0.7" in capsys.readouterr().err  # fmt: skip
+    body = tmp_path / "body.toml"
+    sf.Scene(sf.Posture.rod(0.5, 0.2)).save(body)
+    assert main(["check", str(path), str(body)]) == 2
+    assert "scene has no entry 'mass'" in capsys.readouterr().err
