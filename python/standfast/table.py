@@ -220,7 +220,7 @@ def modes_table(modes: sf.Modes) -> str:
         for mode in solved:
             free = np.linalg.norm(mechanism.contact_space.b)
             if mode.consistent and np.abs(mode.acceleration).max() > STILL * free:
-                begins = _begins(mode.word, mode.acceleration, mechanism)
+                begins = _begins(mode.word, mode.acceleration, mechanism, float(free))
                 lines += [f"  {mode.word}  begins so:", *begins] if begins else []
         lines += _contact_names(mechanism)
     return "\n".join(lines)
@@ -228,7 +228,7 @@ def modes_table(modes: sf.Modes) -> str:
 
 #: What a contact does, by its letter.
 DOES = {"S": "opens", "F": "holds", "R": "slides right", "L": "slides left"}
-#: Share of the largest acceleration, or of those without contact forces, below which a coordinate does not move: rounding.
+#: Share of the largest acceleration, with or without contact forces, below which a coordinate does not move: rounding.
 STILL = 1e-9
 
 
@@ -236,15 +236,16 @@ def _begins(
     word: str,
     acceleration: npt.NDArray[np.float64],
     of: sf.Mechanism | sf.System,
+    free: float,
 ) -> list[str]:
-    """How a mode begins to move, by the names of the contacts and the coordinates, if they have names."""
+    """How a mode begins to move, by the names of the contacts and the coordinates, if they have names; `free` is an acceleration without contact forces."""
     lines = []
     if names := of.contact_names:
         for letter, what in DOES.items():
             if found := [n for n, own in zip(names, word, strict=True) if own == letter]:  # fmt: skip
                 lines.append((what, _some(found)))
     if names := of.coordinate_names:
-        least = STILL * np.abs(acceleration).max()
+        least = STILL * max(np.abs(acceleration).max(), free)
         moved = [
             f"{name} {value:.4g}"
             for name, value in zip(names, acceleration, strict=True)
@@ -273,7 +274,7 @@ def system_mode_table(mode: sf.SystemMode) -> str:
     (first, count), *others = [(what, count) for what, count in numbers.items() if count]  # fmt: skip
     begun = f"{counted(count, 'contact')} {first}{'s' if count == 1 else ''}"
     rest = "".join(f", {count} {what}{'s' if count == 1 else ''}" for what, count in others)  # fmt: skip
-    lines = _begins(mode.word, mode.acceleration, mode.system)
+    lines = _begins(mode.word, mode.acceleration, mode.system, mode.system.gravity)
     return "\n".join([f"{begun}{rest}: the system begins to move", *lines])
 
 

@@ -321,6 +321,20 @@ def test_a_mode_that_holds_but_for_rounding_says_so():
     assert str(mode) == "20 contacts, none opens or slides: forces hold the system"
 
 
+def test_bodies_with_accelerations_of_rounding_are_not_said_to_move():
+    """Just above its static factor a wedge of the wall accelerates by 1e-3 m/s², and the bricks beside it by 1e-11."""
+    mode = sf.load_factor(wall(6, 4, 0.75), acceleration=(9.81, 0)).mode
+    sizes = np.abs(mode.acceleration)
+    moves, rounding = sizes > 1e-3 * sizes.max(), sizes < 1e-6 * sizes.max()
+    assert (moves | rounding).all()
+    assert sizes[rounding].any()
+    names = np.array(mode.system.coordinate_names)[moves].tolist()
+    said = str(mode).splitlines()[-1].removeprefix("    accelerates   ").split("; ")
+    count = len(said) - 1
+    assert [text.split()[0] for text in said[:count]] == names[:count]
+    assert said[-1] == f"and {len(names) - count} more"
+
+
 def test_a_mode_of_hundreds_of_contacts_is_copied_and_pickled():
     mode = sf.onset(arch(301, 0.1))
     assert pickle.loads(pickle.dumps(mode)) == mode == copy.deepcopy(mode)
