@@ -14,6 +14,7 @@ import numpy.typing as npt
 from standfast import certificate
 from standfast._core import Contact, Mechanism, Posture, Verdict, stability
 from standfast.certificate.exact import inner
+from standfast.certificate.levels import raised_sets, sliding_sets
 from standfast.certificate.mechanism import Pad, Rows, rows_of
 
 Vectors = npt.NDArray[np.float64]
@@ -55,7 +56,7 @@ def make(verdict: Verdict) -> dict[str, Any]:
             "contacts": verdict.contacts,
             "jams": verdict.after_jam,
         }
-        found["data"] = mechanism_data(rows_of(found["scene"]), by)
+        found["data"] = mechanism_data(rows_of(found["scene"]), by, verdict.evidence)
     try:
         certificate.check(found)
     except ValueError as error:
@@ -263,11 +264,48 @@ def _range(part: Any) -> dict[str, Any]:
     return {"contact": part["contact"], "slope": slope, "weight": weight}
 
 
-def mechanism_data(rows: Rows, by: str) -> dict[str, Any]:
+def mechanism_data(rows: Rows, by: str, evidence: Any) -> dict[str, Any]:
     match by:
         case "not-equilibrium":
             return {"separates": texts(holding_none(rows, rows.feet))}
+        case "potential-well":
+            forces = bearing_forces(rows, evidence["largest"])
+            sliding = sliding_sets(rows, forces)
+            sets = sliding and {*sliding, *raised_sets(rows, forces)}
+            largest = [own for own in sets if not any(own < other for other in sets)]
+            return {
+                "forces": texts(forces),
+                "separates": [
+                    {
+                        "contacts": [rows.feet[k].name for k in own],
+                        "y": texts(holding_none(rows, [rows.feet[k] for k in own])),
+                    }
+                    for own in sorted(map(sorted, largest))
+                ],
+            }
     raise ValueError(f"there is no certificate yet of a verdict by {by} on a mechanism")
+
+
+def bearing_forces(rows: Rows, largest: Sequence[float]) -> list[Fraction]:
+    """Normal forces that carry the load without friction, positive at all contacts that can have one: `largest` is the largest force of each."""
+    bearing = [k for k, force in enumerate(largest) if force > 0]
+    normals = [rows.feet[k].normal for k in bearing]
+    total, found = [-part for part in rows.load], list[list[Fraction]]()
+    for place, k in enumerate(bearing):
+        if any(forces[place] for forces in found):
+            continue
+        # Half of the largest force at this contact, and the rest from all of them.
+        part = Fraction(largest[k]) / 2
+        rest = [a - part * b for a, b in zip(total, normals[place], strict=True)]
+        forces, _ = weights_of(normals, rest)
+        if forces is None:
+            raise ValueError(f"contact {k + 1} bears nothing without friction, exactly")
+        forces[place] += part
+        found.append(forces)
+    mean = [Fraction(0)] * len(largest)
+    for place, k in enumerate(bearing):
+        mean[k] = sum((forces[place] for forces in found), Fraction(0)) / len(found)
+    return mean
 
 
 def texts(values: Sequence[Fraction]) -> list[str]:

@@ -6,17 +6,23 @@ import collections
 import copy
 import json
 import os
+import re
+import time
 from fractions import Fraction
 
 import numpy as np
 import pytest
 import standfast as sf
-from assemblies import KINDS, drawn, tower
-from standfast.certificate.exact import rational
-from standfast.certificate_maker import weights_of
+from assemblies import KINDS, drawn, equations, tower
+from standfast.certificate.exact import is_strictly_copositive, rational
+from standfast.certificate.levels import sliding_sets
+from standfast.certificate.mechanism import rows_of
+from standfast.certificate_maker import holding_none, texts, weights_of
 from standfast.cli import main
 
 ASSEMBLIES = int(os.environ.get("STANDFAST_ASSEMBLY_CERTIFICATES", "40"))
+#: Rounding of doubles, relative to the largest of them.
+ROUNDING = 1e-12
 
 
 def leaning(friction=0.6):
@@ -129,6 +135,146 @@ def test_weights_or_a_separating_vector():
             assert [inner(weights, row) for row in zip(*columns, strict=True)] == total
         seen[weights is None] += 1
     assert min(seen.values()) > 50
+
+
+# Bodies in a potential well.
+
+
+def stack(friction=0.5, restitution=0.3):
+    """Two blocks; each slides on a level of its own."""
+    blocks = {"low": sf.Block(1, 0.5), "high": sf.Block(1, 0.5, at=(0.4, 0.5))}
+    return sf.System(blocks, friction=friction, restitution=restitution, tangential_restitution=restitution)  # fmt: skip
+
+
+#: Random wells have more contacts than a check tries, or A(σ) is not strictly copositive.
+NONE = "at most 10|not strictly copositive"
+
+
+def test_random_assemblies_in_a_well(record_property):
+    seen, slowest = collections.Counter(), 0.0
+    for system in assemblies():
+        verdict = sf.stability(system)
+        if verdict.by != "potential-well":
+            continue
+        try:
+            certificate = json.loads(json.dumps(verdict.certificate()))
+        except ValueError as error:
+            assert re.search(NONE, str(error)), error  # noqa: PT017
+            seen[re.search(NONE, str(error)).group()] += 1
+            continue
+        start = time.perf_counter()
+        sf.certificate.check(certificate)
+        slowest = max(slowest, time.perf_counter() - start)
+        columns, weights = equations(system)
+        forces = np.array([float(rational(part, "λ")) for part in certificate["data"]["forces"]])  # fmt: skip
+        assert (forces <= np.array(verdict.evidence["largest"]) * (1 + ROUNDING)).all()
+        assert np.abs(columns[:, 1::2] @ forces + weights).max() < ROUNDING * np.abs(weights).max()  # fmt: skip
+        seen["certificate"] += 1
+    text = f"{dict(seen)}, a check takes at most {slowest:.1f} s"
+    print(text)
+    record_property("certificates", text)
+    assert seen["certificate"] > 0.7 * (seen.total() - seen["at most 10"])
+
+
+def negated(values):
+    return [str(-rational(value, "")) for value in values]
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        (("data", "forces", 0), "-1", "λ of contact 1 is negative"),
+        (("data", "forces", 0), lambda force: str(rational(force, "") + Fraction(1, 10**40)), "load . Σ λ_iN_i is not zero in coordinate 2"),
+        (("data", "forces"), lambda forces: forces[1:], "data.forces is not a list of 4 numbers"),
+        # The centre of mass of the upper block is beyond the edge.
+        (("scene", "contacts", 3, "normal", 5), (-0.1).hex(), "Σ λ_iN_i is not zero"),
+        (("scene", "load", 0), (0.1).hex(), "Σ λ_iN_i is not zero in coordinate 1"),
+        (("scene", "contacts", 2, "friction"), (5.0).hex(), "contacts may jam: .* while they slide"),
+        # A small moment of inertia.
+        (("scene", "mass_matrix", 5, 5), (0.001).hex(), "contacts may jam: .* while they slide"),
+        (("scene", "contacts", 2, "restitution"), (0.2).hex(), "restitutions are not one number"),
+        (("scene", "contacts", 0, "tangential_restitution"), (0.2).hex(), "the same in tangential direction"),
+        (("data", "separates"), [], r"contacts \[.*\] may carry the load while it slides along a level"),
+        (("data", "separates", 0, "y"), negated, "y·load is not positive"),
+        (("data", "separates", 0, "contacts"), [1, 2, 3, 4], "y·w of the edge"),
+        (("data", "separates", 0, "contacts"), [5], "are not numbers of contacts"),
+        (("data", "separates"), None, "data.separates is not a list"),
+        (("claim", "frictional_stability"), "unstable", "potential-well proves 'stable'"),
+        (("claim", "contacts"), [1, 2, 3], "are not the contacts of the scene"),
+    ],
+)  # fmt: skip
+def test_a_false_well_is_refused_by_the_step_that_fails(path, value, words):
+    certificate = sf.stability(stack()).certificate()
+    assert certificate["claim"]["by"] == "potential-well"
+    refused(changed(certificate, path, value), f"^(potential-well|claim).*{words}")
+
+
+def test_a_contact_less_is_refused():
+    certificate = sf.stability(stack()).certificate()
+    other = changed(certificate, ("scene", "contacts"), lambda contacts: contacts[1:])
+    other["claim"]["contacts"] = [2, 3, 4]
+    refused(changed(other, ("data", "forces"), lambda forces: forces[1:]), "Σ λ_iN_i is not zero")  # fmt: skip
+
+
+@pytest.mark.parametrize("smooth", [(0, 1), (2, 3)])
+def test_an_interface_without_friction_is_refused(smooth):
+    """One contact of an interface with friction is enough."""
+    certificate = sf.stability(stack()).certificate()
+    for k in smooth:
+        certificate["scene"]["contacts"][k]["friction"] = (0.0).hex()
+    refused(certificate, "potential-well: a slide with N_i z = 0 .* meets no friction")
+    one = stack().mechanism
+    contacts = [sf.ContactRows(c.normal, c.tangential, friction=c.friction * (k != smooth[0]), tangential_restitution=0.3) for k, c in enumerate(one.contacts)]  # fmt: skip
+    verdict = sf.stability(sf.Mechanism(one.mass_matrix, one.load, contacts, restitution=0.3))  # fmt: skip
+    assert verdict.by == "potential-well"
+    sf.certificate.check(verdict.certificate())
+
+
+def test_bodies_that_friction_may_hold_above_their_level_are_refused():
+    """With the separating vectors of the slides alone."""
+    certificate = sf.stability(stack()).certificate()
+    data = certificate["data"]
+    rows = rows_of(certificate["scene"])
+    forces = [rational(part, "") for part in data["forces"]]
+    sliding = sliding_sets(rows, forces)
+    data["separates"] = [
+        {"contacts": [k + 1 for k in own], "y": texts(holding_none(rows, [rows.feet[k] for k in own]))}
+        for own in map(sorted, sliding)
+    ]  # fmt: skip
+    refused(certificate, r"contacts \[.*\] may hold the load above its level")
+
+
+def test_a_mechanism_without_levels_needs_no_separation():
+    """A plate on three feet in space, with its height and two turns."""
+    supports = [sf.ContactRows([1, x, y], [0, 0.1, 0.2 * x], friction=0.2, restitution=0.1 * k) for k, (x, y) in enumerate([(-1, -1), (1, -1), (0, 1.5)])]  # fmt: skip
+    plate = sf.Mechanism(np.diag([1, 0.3, 0.4]), [-9.81, 0, 0], supports)
+    verdict = sf.stability(plate)
+    assert verdict.by == "potential-well"
+    certificate = verdict.certificate()
+    assert certificate["data"]["separates"] == []
+    sf.certificate.check(certificate)
+
+
+def test_strict_copositivity():
+    """Against the closed form of Hadeler [1983] for three rows, and the matrix of Horn."""
+    rng, seen = np.random.default_rng(8), collections.Counter()
+    for _ in range(2000):
+        matrix = rng.integers(-9, 10, (3, 3))
+        matrix = np.triu(matrix) + np.triu(matrix, 1).T + np.diag(rng.integers(0, 12, 3))  # fmt: skip
+        d = np.sqrt(np.maximum(np.diag(matrix), 0))
+        pairs = [matrix[i, j] + d[i] * d[j] for i, j in ((0, 1), (0, 2), (1, 2))]
+        value = d.prod() + matrix[0, 1] * d[2] + matrix[0, 2] * d[1] + matrix[1, 2] * d[0] + np.sqrt(2 * np.maximum(pairs, 0).prod())  # fmt: skip
+        signs = [*np.diag(matrix), *pairs, value]
+        if np.abs(signs).min() < ROUNDING * 100:
+            continue
+        expected = min(signs) > 0
+        exact = [[Fraction(int(x)) for x in row] for row in matrix]
+        assert is_strictly_copositive(exact) == expected, matrix
+        seen[bool(expected)] += 1
+    assert min(seen.values()) > 200
+    for more in (Fraction(1, 10**20), Fraction(0), Fraction(-1, 10**20)):
+        horn = [[1 + more if i == j else Fraction(-1 if (i - j) % 5 in (1, 4) else 1) for j in range(5)] for i in range(5)]  # fmt: skip
+        assert is_strictly_copositive(horn) == (more > 0)
 
 
 def test_a_locked_joint_is_no_coordinate_of_the_scene():

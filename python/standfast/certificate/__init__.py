@@ -16,6 +16,7 @@ from . import mechanism
 from .feet import descending_pair, neutral, no_solution, well
 from .intervals import require
 from .leaving import accelerating_mode, growing_cycle, growing_trap
+from .levels import potential_well
 from .potential import corner_map
 from .rest import (
     goyal,
@@ -60,6 +61,7 @@ CHECKS: dict[str, tuple[str, Callable[[Body, Any], Any]]] = {
 #: The same for mechanisms and assemblies, whose scene has a mass matrix.
 MECHANISM_CHECKS: dict[str, tuple[str, Callable[[mechanism.Rows, Any], Any]]] = {
     "not-equilibrium": ("unstable", mechanism.not_equilibrium),
+    "potential-well": ("stable", potential_well),
 }
 
 

@@ -29,10 +29,14 @@ class Pad:
     restitution: Fraction
     tangential_restitution: Fraction
 
+    def friction_row(self) -> list[Fraction]:
+        """μ T"""
+        return [self.friction * part for part in self.tangent]
+
     def edge(self, side: int) -> list[Fraction]:
         """N + side μ T: an edge of the friction cone."""
-        along = side * self.friction
-        return [n + along * t for n, t in zip(self.normal, self.tangent, strict=True)]
+        along = self.friction_row()
+        return [n + side * t for n, t in zip(self.normal, along, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -98,6 +102,18 @@ def rows_of(scene: Any) -> Rows:
     names = [foot.name for foot in feet]
     require(names == sorted(set(names)), "scene.contacts are not in order")
     return Rows(mass, load, tuple(feet))
+
+
+def places(rows: Rows, names: Any) -> list[int]:
+    """The places of contacts, given by their numbers."""
+    known = {foot.name: k for k, foot in enumerate(rows.feet)}
+    require(
+        isinstance(names, list)
+        and all(type(name) is int and name in known for name in names)
+        and len(set(names)) == len(names),
+        f"{names!r} are not numbers of contacts of the scene",
+    )
+    return [known[name] for name in names]
 
 
 def separates(rows: Rows, y: Sequence[Fraction], feet: Sequence[Pad]) -> None:
