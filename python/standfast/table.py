@@ -101,11 +101,15 @@ def factor_in_words(factor: sf.LoadFactor) -> tuple[str, str]:
     >>> brick = sf.System([sf.Block(2, 1)], gravity=10)
     >>> factor_in_words(sf.load_factor(brick, acceleration=(1, 0)))
     ('forces hold up to 5 times the load', 'moves from 5 times the load on')
+    >>> tower = sf.System([sf.Block(1, 1, at=(0, k)) for k in range(5)], gravity=10)
+    >>> factor_in_words(sf.load_factor(tower, acceleration=(10, 0)))      # ten contacts: lesser loads were not tried
+    ('forces hold up to 0.2 times the load', 'moves at 0.2 times the load')
     """
     bounded = math.isfinite(factor.static)
     limit = f"up to {factor.static:.4g} times" if bounded else "any multiple of"
     if math.isfinite(factor.moves):
-        moves = f"moves from {factor.moves:.4g} times the load on"
+        times = f"{factor.moves:.4g} times the load"
+        moves = f"moves from {times} on" if factor.complete else f"moves at {times}"
     elif factor.complete:
         moves = "no contact mode moves"
     else:

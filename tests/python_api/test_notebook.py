@@ -194,6 +194,7 @@ def test_a_load_factor_says_what_forces_hold_and_what_moves():
     factor = pushed()
     found = Nesting(factor._repr_html_())
     assert f"forces hold up to {factor.static:.4g} times the load" in found.cells
+    assert factor.complete
     assert f"moves from {factor.moves:.4g} times the load on" in found.cells
     assert found.texts == [str(factor.mode)]
 

@@ -227,7 +227,8 @@ def test_a_load_factor_shows_forces_and_motion():
     factor = sideways(arch(9, 0.12))
     left, right = factor.plot().axes
     assert title(left) == f"forces hold up to {factor.static:.4g} times the load"
-    assert title(right) == f"moves from {factor.moves:.4g} times the load on: 4 contacts open"  # fmt: skip
+    assert not factor.complete
+    assert title(right) == f"moves at {factor.moves:.4g} times the load: 4 contacts open"  # fmt: skip
     assert len(drawn(left, LineCollection, plot.PRESSES)) == 10
     assert len(marks(right)["opens (S)"]) == 2 * 4
     axes = Figure().subplots()
