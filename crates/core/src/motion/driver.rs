@@ -71,6 +71,8 @@ pub(crate) struct Driver<'a> {
     pub(super) bounces: Bounces,
     pub(super) cycles: NestedSequence,
     pub(super) rocking: Rocking,
+    /// Successive landings of one of several contacts with speeds that may be rounding.
+    pub(super) quiet_landings: usize,
     pub(super) slow: SlowContacts,
     /// Contacts that were set to rest because they chattered, and the speed below which they did, in m/s.
     pub(super) stopped_chatter: (BTreeSet<usize>, f64),
@@ -155,6 +157,7 @@ impl<'a> Driver<'a> {
             bounces: Bounces::default(),
             cycles: NestedSequence::default(),
             rocking: Rocking::default(),
+            quiet_landings: 0,
             slow: SlowContacts::default(),
             stopped_chatter: (BTreeSet::new(), 0.0),
             tied: ContactValues::new(),

@@ -11,6 +11,9 @@ use crate::options::Stop;
 use crate::outcome::{Cause, Outcome, ZenoMethod};
 use crate::tolerance::{LEFT_OF_ZERO, QUIET_CHATTER, REMAINDER_FACTOR};
 
+/// Quiet landings of one of several contacts after which a motion counts as rounding. An accumulation that rounding does not keep up has fewer before it ends.
+const CHATTERS: usize = 200;
+
 /// The warning of a run in which the contacts rest and other coordinates move on.
 const HIDDEN: &str = "the contacts rest, but coordinates that they do not feel move on";
 
@@ -203,14 +206,19 @@ impl Driver<'_> {
         Some(self.settle(&[0, 1], Some(ZenoMethod::Mixed), false, error, 0.0))
     }
 
-    /// A contact of several over constant rows lands while others are held, and all speeds are what rounding leaves of nested accumulations: the contacts whose gaps
-    /// are as little come to rest.
+    /// A contact of several over constant rows lands while others are held. Once [`CHATTERS`] such landings had speeds that may be what rounding leaves of nested
+    /// accumulations, the contacts whose gaps are as little come to rest.
     pub(super) fn stop_chatter(&mut self) -> Option<Option<Outcome>> {
         let Moving::Frozen(rows) = &self.state else { return None };
         let (left, gravity) = (rows.speed(), self.state.gravity());
         let fastest = self.fastest.max(gravity * self.log.clock.hi);
         let quiet = gravity > 0.0 && left <= QUIET_CHATTER * fastest;
         if !quiet || rows.points.len() < 3 {
+            self.quiet_landings = 0;
+            return None;
+        }
+        self.quiet_landings += 1;
+        if self.quiet_landings < CHATTERS {
             return None;
         }
         let fall = REMAINDER_FACTOR * left * left / gravity;
