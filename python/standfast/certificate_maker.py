@@ -40,7 +40,8 @@ def make(verdict: Verdict) -> dict[str, Any]:
         "conventions": certificate.CONVENTIONS,
         "scene": scene_of(verdict),
     }
-    if verdict.posture is not None:
+    if verdict.mechanism is None:
+        assert verdict.posture is not None
         found |= _claimed(
             verdict.posture,
             verdict.contacts,
@@ -56,7 +57,9 @@ def make(verdict: Verdict) -> dict[str, Any]:
             "contacts": verdict.contacts,
             "jams": verdict.after_jam,
         }
-        found["data"] = mechanism_data(rows_of(found["scene"]), by, verdict.evidence)
+        found["data"] = mechanism_data(
+            verdict.mechanism, rows_of(found["scene"]), by, verdict.evidence
+        )
     try:
         certificate.check(found)
     except ValueError as error:
@@ -119,9 +122,14 @@ def scene_of(verdict: Verdict) -> dict[str, Any]:
     return mechanism_scene(verdict.mechanism)
 
 
+def free_coordinates(mechanism: Mechanism) -> list[int]:
+    """Those that are not locked."""
+    return sorted(set(range(mechanism.dof)) - set(mechanism.locked))
+
+
 def mechanism_scene(mechanism: Mechanism) -> dict[str, Any]:
     """The constant rows of a mechanism, in the coordinates that are not locked."""
-    free = sorted(set(range(mechanism.dof)) - set(mechanism.locked))
+    free = free_coordinates(mechanism)
 
     def exact(row: Vectors) -> list[str]:
         return [float(row[k]).hex() for k in free]
@@ -198,12 +206,7 @@ def _data(
         case "not-equilibrium":
             return {"separates": exact(separating(posture, contacts).tolist())}
         case "no-solution":
-            return {
-                "contacts": evidence["contacts"],
-                "slides": evidence["slides"],
-                "q": exact(evidence["q"]),
-                "qdot": exact(evidence["qdot"]),
-            }
+            return start(evidence)
         case "theorem-3" | "theorem-3-loose" | "goyal" | "single-support":
             return {}
         case "well":
@@ -264,10 +267,21 @@ def _range(part: Any) -> dict[str, Any]:
     return {"contact": part["contact"], "slope": slope, "weight": weight}
 
 
-def mechanism_data(rows: Rows, by: str, evidence: Any) -> dict[str, Any]:
+def start(evidence: Any, among: Sequence[int] | None = None) -> dict[str, Any]:
+    """A start without a motion, in some of the coordinates."""
+    found = {key: evidence[key] for key in ("contacts", "slides")}
+    for key in ("q", "qdot"):
+        values = evidence[key]
+        found[key] = [float(values[k]).hex() for k in among or range(len(values))]
+    return found
+
+
+def mechanism_data(mechanism: Mechanism, rows: Rows, by: str, evidence: Any) -> Any:
     match by:
         case "not-equilibrium":
             return {"separates": texts(holding_none(rows, rows.feet))}
+        case "no-solution":
+            return start(evidence, free_coordinates(mechanism))
         case "potential-well":
             forces = bearing_forces(rows, evidence["largest"])
             sliding = sliding_sets(rows, forces)

@@ -13,7 +13,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 import standfast as sf
-from assemblies import KINDS, drawn, equations, tower
+from assemblies import KINDS, arch, drawn, equations, tower
 from standfast.certificate.exact import is_strictly_copositive, rational
 from standfast.certificate.levels import sliding_sets
 from standfast.certificate.mechanism import rows_of
@@ -253,6 +253,72 @@ def test_a_mechanism_without_levels_needs_no_separation():
     certificate = verdict.certificate()
     assert certificate["data"]["separates"] == []
     sf.certificate.check(certificate)
+
+
+# Contacts that jam.
+
+
+def cubes(friction):
+    """They jam from friction 5/6 on."""
+    return sf.System([sf.Block(1, 1), sf.Block(1, 1, at=(0, 1))], friction=friction)
+
+
+@pytest.mark.parametrize("friction", [0.834, 0.9, 1.2])
+def test_two_cubes_that_jam(friction):
+    verdict = sf.stability(cubes(friction))
+    assert verdict.by == "no-solution"
+    certificate = json.loads(json.dumps(verdict.certificate()))
+    sf.certificate.check(certificate)
+    assert len(certificate["data"]["contacts"]) == 3
+
+
+def test_an_arch_jams_at_two_contacts():
+    verdict = sf.stability(arch(9, 0.12))
+    certificate = verdict.certificate()
+    assert certificate["data"]["contacts"] in [jam["contacts"] for jam in verdict.jams]
+    sf.certificate.check(certificate)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        # Just below 5/6.
+        (("scene", "contacts"), lambda all: [contact | {"friction": (0.833).hex()} for contact in all], "the word LLL goes on"),
+        (("data", "qdot"), negated, "σ v_t of contact 1 is not positive"),
+        (("data", "q"), negated, "the gap of contact 2 is not positive"),
+        (("data", "slides"), "RRR", "σ v_t of contact 1 is not positive"),
+        (("data", "slides"), "LL", "no letter R or L for each contact"),
+        (("data", "contacts"), [1, 3, 3], "are not numbers of contacts"),
+        (("data", "contacts"), [1, 2, 3], "the word LSL goes on"),
+        (("data", "q"), lambda q: q[1:], "data.q is not a list of 6 numbers"),
+        (("claim", "frictional_stability"), "stable", "no-solution proves 'unstable'"),
+        (("claim", "jams"), "impact", "an impact ends a jam"),
+    ],
+)  # fmt: skip
+def test_a_false_jam_is_refused_by_the_step_that_fails(path, value, words):
+    certificate = sf.stability(cubes(0.84)).certificate()
+    refused(changed(certificate, path, value), f"^(no-solution|claim).*{words}")
+
+
+def test_a_contact_that_jams_alone_beside_a_locked_coordinate():
+    """Painlevé's rod of 2 m at 60°, beside a block with coordinates of its own."""
+    x, y = 0.5, 3**0.5 / 2
+    rod = sf.ContactRows([0, 1, -x, 0, 0, 0], [1, 0, y, 0, 0, 0], friction=2)
+    block = sf.ContactRows([0, 0, 0, 0.5, 0, 1], [0, 0, 0, 0, 1, 0], friction=0.2)
+    mass, load = np.diag([1, 1, 1 / 3, 1, 1, 1]), [0, -9.81, 0, 0, 0, -9.81]
+    # A force and a torque hold the rod.
+    load[0], load[2] = 1, 9.81 * x + y
+    verdict = sf.stability(sf.Mechanism(mass, load, [rod, block], locked=[3]))
+    assert verdict.by == "no-solution"
+    certificate = verdict.certificate()
+    assert certificate["data"]["contacts"] == [1]
+    assert len(certificate["data"]["q"]) == 5
+    sf.certificate.check(certificate)
+    for contact in certificate["scene"]["contacts"]:
+        contact["friction"] = (
+            1.3
+        ).hex()  # Painlevé's limit is 4/3 for the slope of the rod's least one
+    refused(certificate, "no-solution: the word [LR] goes on")
 
 
 def test_strict_copositivity():

@@ -12,7 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from . import mechanism
+from . import jammed, mechanism
 from .feet import descending_pair, neutral, no_solution, well
 from .intervals import require
 from .leaving import accelerating_mode, growing_cycle, growing_trap
@@ -61,6 +61,7 @@ CHECKS: dict[str, tuple[str, Callable[[Body, Any], Any]]] = {
 #: The same for mechanisms and assemblies, whose scene has a mass matrix.
 MECHANISM_CHECKS: dict[str, tuple[str, Callable[[mechanism.Rows, Any], Any]]] = {
     "not-equilibrium": ("unstable", mechanism.not_equilibrium),
+    "no-solution": ("unstable", jammed.no_solution),
     "potential-well": ("stable", potential_well),
 }
 

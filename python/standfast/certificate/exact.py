@@ -85,7 +85,7 @@ def solutions(
     matrix: Sequence[Row], right: Sequence[Row]
 ) -> tuple[list[list[Fraction]] | None, bool]:
     """For each of some right sides (rows) a solution x of A x = b, None if one has none; and whether it is the only one."""
-    count = len(matrix[0])
+    count = len(matrix[0]) if matrix else 0
     done, pivots = reduced(
         [[*row, *b] for row, b in zip(matrix, zip(*right, strict=True), strict=True)]
     )

@@ -12,10 +12,9 @@ from .exact import (
     lines,
     rationals,
     reduced,
-    solutions,
 )
 from .intervals import require
-from .mechanism import Pad, Rows, places, separates
+from .mechanism import Pad, Rows, couplings, places, separates
 from .scene import entry, power_of_two
 
 #: Largest number of interfaces with friction: there are 2^n pairs of signs.
@@ -50,15 +49,6 @@ def interfaces(feet: Sequence[Pad]) -> list[tuple[int, int]]:
             known = [(len(leading) - 1, 1)]
         found.append(known[0])
     return found
-
-
-def couplings(
-    rows: Rows, columns: Sequence[Sequence[Fraction]]
-) -> list[list[Fraction]]:
-    """N_i M⁻¹ of each contact i times some vectors."""
-    moved, _ = solutions(rows.mass, columns)
-    assert moved is not None
-    return [[inner(foot.normal, column) for column in moved] for foot in rows.feet]
 
 
 def stiff(rows: Rows) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-from .exact import inner, is_positive_definite, rationals
+from .exact import inner, is_positive_definite, rationals, solutions
 from .intervals import require
 from .scene import MOST_CONTACTS, entry, number, numbers
 
@@ -114,6 +114,15 @@ def places(rows: Rows, names: Any) -> list[int]:
         f"{names!r} are not numbers of contacts of the scene",
     )
     return [known[name] for name in names]
+
+
+def couplings(
+    rows: Rows, columns: Sequence[Sequence[Fraction]]
+) -> list[list[Fraction]]:
+    """N_i M⁻¹ of each contact i times some vectors."""
+    moved, _ = solutions(rows.mass, columns)
+    assert moved is not None
+    return [[inner(foot.normal, column) for column in moved] for foot in rows.feet]
 
 
 def separates(rows: Rows, y: Sequence[Fraction], feet: Sequence[Pad]) -> None:
