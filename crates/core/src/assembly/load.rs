@@ -132,6 +132,9 @@ impl System {
     }
 }
 
+/// Multiple of the load, in its unit, that may act backwards where rounding prevents the answer without.
+const BACKWARDS: f64 = 1.0;
+
 /// The largest multiple that forces balance.
 enum Statics {
     /// No multiple ≥ 0.
@@ -144,10 +147,11 @@ enum Statics {
     Stuck,
 }
 
-/// The rows of gravity + α load + forces = 0: entries of the weights of the edges, then of α; and the right-hand sides.
-fn balance(scaled: &Scaled, edges: &[(usize, [f64; 2])]) -> Vec<(Sparse, f64)> {
+/// The rows of gravity + α load + forces = 0: entries of the weights of the edges, then of α − `least`; and the right-hand sides.
+fn balance(scaled: &Scaled, edges: &[(usize, [f64; 2])], least: f64) -> Vec<(Sparse, f64)> {
+    let pulls = scaled.gravity.iter().zip(&scaled.load);
     let mut rows: Vec<(Sparse, f64)> =
-        scaled.gravity.iter().map(|pull| (Vec::new(), -pull)).collect();
+        pulls.map(|(pull, load)| (Vec::new(), -pull - least * load)).collect();
     for (at, (contact, edge)) in edges.iter().enumerate() {
         scaled.pushed(*contact, *edge).iter().for_each(|(k, value)| rows[*k].0.push((at, *value)));
     }
@@ -159,13 +163,21 @@ fn balance(scaled: &Scaled, edges: &[(usize, [f64; 2])]) -> Vec<(Sparse, f64)> {
 
 fn statics(scaled: &Scaled) -> Statics {
     let edges = scaled.edges();
-    let rows = balance(scaled, &edges);
+    let rows = balance(scaled, &edges, 0.0);
     let mut objective = vec![0.0; edges.len() + 1];
     objective[edges.len()] = 1.0;
     match maximise(&rows, &objective) {
         Ok(found) => Statics::Bound(found[edges.len()], scaled.sum(&edges, &found)),
         Err(Failure::Empty) => Statics::None,
-        Err(Failure::Stuck) => Statics::Stuck,
+        // Where the assembly just falls without the load, or just stands, multiples below zero are allowed: then it does not matter that few forces balance it.
+        Err(Failure::Stuck) => match maximise(&balance(scaled, &edges, -BACKWARDS), &objective) {
+            Ok(found) if found[edges.len()] >= BACKWARDS => {
+                let multiple = found[edges.len()] - BACKWARDS;
+                Statics::Bound(multiple, scaled.sum(&edges, &found))
+            }
+            Ok(_) | Err(Failure::Empty) => Statics::None,
+            Err(Failure::Stuck | Failure::Unbounded) => Statics::Stuck,
+        },
         Err(Failure::Unbounded) => {
             let least: Vec<f64> = vec![-1.0; edges.len() + 1];
             maximise(&rows, &least)
