@@ -12,8 +12,17 @@ import numpy as np
 import numpy.typing as npt
 
 from standfast import certificate
-from standfast._core import Contact, Mechanism, Posture, Verdict, stability
+from standfast._core import (
+    Contact,
+    Mechanism,
+    MechanismProblem,
+    Posture,
+    Verdict,
+    contact_modes,
+    stability,
+)
 from standfast.certificate.exact import inner
+from standfast.certificate.goes_on import Sliding, sliding_of
 from standfast.certificate.levels import raised_sets, sliding_sets
 from standfast.certificate.mechanism import Pad, Rows, rows_of
 
@@ -287,7 +296,7 @@ def mechanism_data(mechanism: Mechanism, rows: Rows, by: str, evidence: Any) -> 
             sliding = sliding_sets(rows, forces)
             sets = sliding and {*sliding, *raised_sets(rows, forces)}
             largest = [own for own in sets if not any(own < other for other in sets)]
-            return {
+            return going_on(mechanism, rows) | {
                 "forces": texts(forces),
                 "separates": [
                     {
@@ -298,6 +307,57 @@ def mechanism_data(mechanism: Mechanism, rows: Rows, by: str, evidence: Any) -> 
                 ],
             }
     raise ValueError(f"there is no certificate yet of a verdict by {by} on a mechanism")
+
+
+def going_on(mechanism: Mechanism, rows: Rows) -> dict[str, Any]:
+    """A lift, and the modes of the states of contact in which the contacts are not stiff; nothing if there are none."""
+    sliding = sliding_of(rows)
+    found = []
+    for state in sliding.loose_states():
+        closed, sides = sorted(state[0]), sliding.sides(state[1])
+        slides = [
+            None if k not in state[0] else sides[k] if sliding.of[k][1] else 1
+            for k in range(len(rows.feet))
+        ]
+        modes = contact_modes(MechanismProblem(mechanism, slides))
+        names = [rows.feet[k].name for k in closed]
+        if not modes.consistent:
+            raise ValueError(
+                f"no mode of contacts {names} is found while they slide {sliding.letters(state)}"
+            )
+        one = modes[modes.consistent[0]]
+        found.append(
+            {
+                "contacts": names,
+                "slides": sliding.letters(state),
+                "word": "".join(one.word[k] for k in closed),
+                "forces": [
+                    [part.hex() for part in pair]
+                    for pair in shared(one.forces, closed, one.word, rows, sliding)
+                ],
+            }
+        )
+    if not found:
+        return {}
+    edges = [foot.edge(side) for foot in rows.feet for side in (1, -1)]
+    return {"lift": texts(strictly_positive(rows, edges)), "modes": found}
+
+
+def shared(
+    forces: Vectors, closed: Sequence[int], word: str, rows: Rows, sliding: Sliding
+) -> list[list[float]]:
+    """Forces (tangential, normal) of closed contacts. Those of an interface that holds use the same share of their friction, away from the edges of the cones."""
+    found = forces.copy()
+    for g in sliding.touched(frozenset(closed)):
+        own = [
+            k for k in closed if word[k] == "F" and sliding.of[k] in ((g, 1), (g, -1))
+        ]
+        sides = [sliding.of[k][1] for k in own]
+        most = [float(rows.feet[k].friction) * forces[k, 1] for k in own]
+        if sum(most) > 0:
+            share = np.dot(sides, forces[own, 0]) / sum(most)
+            found[own, 0] = share * np.multiply(sides, most)
+    return [found[k].tolist() for k in closed]
 
 
 def bearing_forces(rows: Rows, largest: Sequence[float]) -> list[Fraction]:
@@ -330,16 +390,22 @@ def texts(values: Sequence[Fraction]) -> list[str]:
     ]
 
 
+def strictly_positive(
+    rows: Rows, vectors: Sequence[Sequence[Fraction]]
+) -> list[Fraction]:
+    """y with y·w > 0 for all of some vectors w, if doubles find one."""
+    roots = np.sqrt([float(row[k]) for k, row in enumerate(rows.mass)])
+    points = np.array(vectors, dtype=float) / roots
+    points /= np.linalg.norm(points, axis=1)[:, None]
+    found = nearest_to_zero(points) / roots
+    found /= np.abs(found).max(initial=1e-300)
+    return [Fraction(part) for part in found.tolist()]
+
+
 def holding_none(rows: Rows, feet: Sequence[Pad]) -> list[Fraction]:
     """y with y·w ≥ 0 for the edges w of the friction cones of some contacts, and y·load > 0: as `separating`, in any number of coordinates."""
     edges = [foot.edge(side) for foot in feet for side in (1, -1)]
-    roots = np.sqrt([float(row[k]) for k, row in enumerate(rows.mass)])
-    points = np.array([*filter(any, edges), rows.load], dtype=float) / roots
-    points /= np.linalg.norm(points, axis=1)[:, None]
-    found = nearest_to_zero(points) / roots
-    y = [
-        Fraction(part) for part in (found / np.abs(found).max(initial=1e-300)).tolist()
-    ]
+    y = strictly_positive(rows, [*filter(any, edges), rows.load])
     if inner(y, rows.load) > 0 and all(inner(y, edge) >= 0 for edge in edges):
         return y
     weights, y = weights_of(edges, [-part for part in rows.load])

@@ -6,7 +6,6 @@ import collections
 import copy
 import json
 import os
-import re
 import time
 from fractions import Fraction
 
@@ -146,10 +145,6 @@ def stack(friction=0.5, restitution=0.3):
     return sf.System(blocks, friction=friction, restitution=restitution, tangential_restitution=restitution)  # fmt: skip
 
 
-#: Random wells have more contacts than a check tries, or A(σ) is not strictly copositive.
-NONE = "at most 10|not strictly copositive"
-
-
 def test_random_assemblies_in_a_well(record_property):
     seen, slowest = collections.Counter(), 0.0
     for system in assemblies():
@@ -159,8 +154,8 @@ def test_random_assemblies_in_a_well(record_property):
         try:
             certificate = json.loads(json.dumps(verdict.certificate()))
         except ValueError as error:
-            assert re.search(NONE, str(error)), error  # noqa: PT017
-            seen[re.search(NONE, str(error)).group()] += 1
+            assert "at most 10" in str(error)  # noqa: PT017
+            seen["too many contacts"] += 1
             continue
         start = time.perf_counter()
         sf.certificate.check(certificate)
@@ -169,11 +164,11 @@ def test_random_assemblies_in_a_well(record_property):
         forces = np.array([float(rational(part, "λ")) for part in certificate["data"]["forces"]])  # fmt: skip
         assert (forces <= np.array(verdict.evidence["largest"]) * (1 + ROUNDING)).all()
         assert np.abs(columns[:, 1::2] @ forces + weights).max() < ROUNDING * np.abs(weights).max()  # fmt: skip
-        seen["certificate"] += 1
+        seen["stiff" if "modes" not in certificate["data"] else "modes"] += 1
     text = f"{dict(seen)}, a check takes at most {slowest:.1f} s"
     print(text)
     record_property("certificates", text)
-    assert seen["certificate"] > 0.7 * (seen.total() - seen["at most 10"])
+    assert min(seen["stiff"], seen["modes"]) > 0
 
 
 def negated(values):
@@ -189,9 +184,9 @@ def negated(values):
         # The centre of mass of the upper block is beyond the edge.
         (("scene", "contacts", 3, "normal", 5), (-0.1).hex(), "Σ λ_iN_i is not zero"),
         (("scene", "load", 0), (0.1).hex(), "Σ λ_iN_i is not zero in coordinate 1"),
-        (("scene", "contacts", 2, "friction"), (5.0).hex(), "contacts may jam: .* while they slide"),
+        (("scene", "contacts", 2, "friction"), (5.0).hex(), "may jam while they slide"),
         # A small moment of inertia.
-        (("scene", "mass_matrix", 5, 5), (0.001).hex(), "contacts may jam: .* while they slide"),
+        (("scene", "mass_matrix", 5, 5), (0.001).hex(), "may jam while they slide"),
         (("scene", "contacts", 2, "restitution"), (0.2).hex(), "restitutions are not one number"),
         (("scene", "contacts", 0, "tangential_restitution"), (0.2).hex(), "the same in tangential direction"),
         (("data", "separates"), [], r"contacts \[.*\] may carry the load while it slides along a level"),
@@ -253,6 +248,33 @@ def test_a_mechanism_without_levels_needs_no_separation():
     certificate = verdict.certificate()
     assert certificate["data"]["separates"] == []
     sf.certificate.check(certificate)
+
+
+LOOSE = "data.modes has no mode"
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "words"),
+    [
+        (("data", "modes"), lambda modes: modes[1:], LOOSE),
+        (("data", "modes"), lambda modes: modes[:-1], LOOSE),
+        (("data", "modes", 0, "slides"), lambda slides: slides.translate({82: 76, 76: 82}), r"data.modes\[0\]: contact . is not that of its slide"),
+        (("data", "modes", 0, "word"), lambda word: "S" * len(word), r"data.modes\[0\]: contact . is pulled, or falls"),
+        (("data", "modes", 0, "word"), lambda word: word[1:], r"data.modes\[0\].word '.*' has no letter of SFRL for each contact"),
+        (("data", "modes", 0, "forces"), lambda forces: forces[1:], r"data.modes\[0\].forces has no pair"),
+        (("data", "modes", 0, "contacts"), lambda own: own[::-1], r"data.modes\[0\].contacts are not in order"),
+        (("data", "modes"), "RR", "data.modes is not a list"),
+        (("data", "lift"), negated, "N·z . μ|T·z| of contact 1 is not positive"),
+        # They jam from 5/6 on.
+        (("scene", "contacts"), lambda all: [contact | {"friction": (0.834).hex()} for contact in all], r"data.modes\[\d+\]"),
+    ],
+)  # fmt: skip
+def test_two_cubes_go_on_and_are_not_stiff(path, value, words):
+    """From friction .6764 on A(σ) is not strictly copositive; no contacts jam below 5/6."""
+    stiff, loose = (sf.stability(cubes(mu)).certificate() for mu in (0.67, 0.83))
+    assert "modes" not in stiff["data"]
+    sf.certificate.check(loose)
+    refused(changed(loose, path, value), f"potential-well: .*{words}")
 
 
 # Contacts that jam.

@@ -99,6 +99,20 @@ def solutions(
     return found, len(inside) == count
 
 
+def solution_near(matrix: Sequence[Row], guess: Row) -> list[Fraction] | None:
+    """The solution x of A x = b, with the rows of A and then an entry of b, that has the unknowns without a pivot as guessed; None if there is none."""
+    done, pivots = reduced(matrix)
+    if len(guess) in pivots:
+        return None
+    found = list(guess)
+    for row, pivot in zip(done, pivots, strict=True):
+        found[pivot] = row[-1] - sum(
+            (row[j] * x for j, x in enumerate(guess) if j != pivot and row[j]),
+            Fraction(0),
+        )
+    return found
+
+
 def is_positive_definite(matrix: Sequence[Row]) -> bool:
     """Whether all leading minors of a symmetric matrix are positive, by elimination without fractions [Bareiss 1968]."""
     whole = lcm(*(part.denominator for row in matrix for part in row))

@@ -117,12 +117,15 @@ def places(rows: Rows, names: Any) -> list[int]:
 
 
 def couplings(
-    rows: Rows, columns: Sequence[Sequence[Fraction]]
+    rows: Rows,
+    columns: Sequence[Sequence[Fraction]],
+    left: Sequence[Sequence[Fraction]] | None = None,
 ) -> list[list[Fraction]]:
-    """N_i M⁻¹ of each contact i times some vectors."""
+    """N_i M⁻¹ of each contact i times some vectors; or with other rows on the left."""
     moved, _ = solutions(rows.mass, columns)
     assert moved is not None
-    return [[inner(foot.normal, column) for column in moved] for foot in rows.feet]
+    left = [foot.normal for foot in rows.feet] if left is None else left
+    return [[inner(row, column) for column in moved] for row in left]
 
 
 def separates(rows: Rows, y: Sequence[Fraction], feet: Sequence[Pad]) -> None:
