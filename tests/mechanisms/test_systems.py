@@ -245,6 +245,11 @@ def test_overhang_of_many_books():
             held.append(sf.load_factor(sf.System(books), acceleration=(1, 0)))
         assert held[0] is not None
         assert held[1:] == [None, None]
+        # Well beyond, the joints above the lowest ones open: a mode in a dense tableau.
+        books = [sf.Block(1, 0.1, at=(1.1 * at, 0.1 * k)) for k, at in enumerate(x)]
+        mode = sf.onset(sf.System(books))
+        assert breach(mode.system, mode) < 1e-8
+        assert mode.word.count("S") > count / 2
 
 
 def test_verdicts_of_stacks_of_known_answers():

@@ -97,7 +97,10 @@ impl System {
     #[cfg(feature = "qp")]
     fn by_programmes(&self, load: &[f64], factor: f64) -> Option<SystemMode> {
         let scaled = Scaled::new(self, load);
-        let (word, forces) = programmes::search(&scaled, factor / scaled.unit)?;
+        let multiple = factor / scaled.unit;
+        let found = programmes::search(&scaled, multiple);
+        let found = found.or_else(|| programmes::by_pivots(&scaled, multiple));
+        let (word, forces) = found?;
         Some(scaled.mode(word, factor, &forces))
     }
 }
@@ -118,6 +121,7 @@ mod programmes {
     use super::{Mode, Scaled};
     use crate::math::Sparse;
     use crate::math::sparse::Programme;
+    use crate::modes::{Pivoted, by_pivoting};
     use crate::tolerance::{DEPENDENT_STEP, LAW, NEAR_FIXED_POINT, SPARSE_ACCURACY, SPARSE_FINEST};
 
     /// Shifts, and their change by a programme.
@@ -127,6 +131,8 @@ mod programmes {
 
     /// Largest number of programmes.
     const ROUNDS: usize = 40;
+    /// Largest number of contacts of a dense tableau: a second.
+    const PIVOTED: usize = 160;
     /// Number of programmes from which the next one is extrapolated.
     const MEMORY: usize = 5;
     /// Largest number of words that are solved.
@@ -165,6 +171,28 @@ mod programmes {
             shift = extrapolated(&history);
         }
         None
+    }
+
+    /// The same by pivoting, in a dense tableau: to more digits, such as those of an assembly that hardly begins to move.
+    pub(super) fn by_pivots(scaled: &Scaled, multiple: f64) -> Option<(Vec<Mode>, Vec<[f64; 2]>)> {
+        if scaled.count() > PIVOTED {
+            return None;
+        }
+        let contacts = (0..scaled.count()).map(|i| {
+            let mut effects = vec![[[0.0; 2]; 2]; scaled.count()];
+            for axis in [0, 1] {
+                scaled.effects(i, axis).for_each(|(j, effect)| effects[j][axis] = effect);
+            }
+            let pull = [0, 1].map(|axis| {
+                let [gravity, load] = scaled.pulls(i, axis);
+                gravity + multiple * load
+            });
+            Pivoted { friction: scaled.friction[i], sliding: Some(0), pull, effects }
+        });
+        let forces = by_pivoting(&contacts.collect::<Vec<_>>())?;
+        let y = scaled.motion(multiple, &forces);
+        let word = read(scaled, &y, &forces);
+        (breach(scaled, &y, &word, &forces) <= LAW).then_some((word, forces))
     }
 
     /// The next shifts: s + d of the combination of the last steps whose change d is least.

@@ -11,6 +11,8 @@ mod judge;
 mod mechanism;
 mod painleve;
 mod pair;
+#[cfg(feature = "qp")]
+mod pivoting;
 mod problem;
 #[cfg(feature = "qp")]
 mod qp;
@@ -28,6 +30,8 @@ pub(crate) use mechanism::{Onward, forces as mechanism_forces, onward};
 pub use painleve::Jamming;
 pub(crate) use pair::only_mode;
 pub use pair::{PairMode, PairModes};
+#[cfg(feature = "qp")]
+pub(crate) use pivoting::{Pivoted, by_pivoting};
 pub(crate) use problem::LONGEST_ARM;
 pub use problem::{ContactProblem, Level, ProblemFields};
 pub(crate) use rows::{Row, scale};

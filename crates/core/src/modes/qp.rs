@@ -17,10 +17,10 @@ use clarabel::algebra::CscMatrix;
 use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, SupportedConeT};
 
 use crate::error::Error;
-use crate::math::lemke::complementary;
 use crate::math::mass_vector::MassVector;
 use crate::modes::answer::{Condition, ModeAnswer};
 use crate::modes::enumerate::solve;
+use crate::modes::pivoting::{Pivoted, by_pivoting};
 use crate::modes::scaled::Problem;
 use crate::modes::words::{Mode, Word};
 use crate::tolerance::{PIVOTED_ZERO, QP_ZERO};
@@ -171,61 +171,28 @@ pub(super) fn search<P: Problem>(problem: &P) -> Result<Option<ModeAnswer>, Erro
     Ok(None)
 }
 
-/// Acceleration and forces by pivoting, where Coulomb's law is a linear complementarity problem with an unknown speed λ of each contact at rest
-/// [Stewart & Trinkle 1996]:
-///
-/// ```text
-/// 0 ≤ f_n ⊥ a_n ≥ 0,   0 ≤ f_± ⊥ λ ± a_t ≥ 0,   0 ≤ λ ⊥ μ f_n − f_+ − f_− ≥ 0,   f_t = f_+ − f_−
-/// ```
-///
-/// Where a contact slides, f_t = ∓μ f_n. `None` if the method ends in a ray.
+/// Acceleration and forces by [`pivoting`](crate::modes::pivoting).
 fn pivoted<P: Problem>(problem: &P) -> Option<(P::V, Vec<[f64; 2]>)> {
     let (rows, load) = (problem.rows(), problem.load());
-    // Each unknown force: its contact, its direction, and the force (tangential, normal).
-    let mut unknown: Vec<(usize, P::V, [f64; 2])> = Vec::new();
-    let mut speeds = Vec::new();
-    for (i, row) in rows.iter().enumerate() {
-        let Some(sign) = row.sliding else { continue };
-        let along = -f64::from(sign) * row.friction;
-        unknown.push((i, row.normal.plus(&row.tangent, along), [along, 1.0]));
-        if sign == 0 && row.friction > 0.0 {
-            let none = row.normal.plus(&row.normal, -1.0);
-            unknown.extend([1.0, -1.0].map(|side| (i, none.plus(&row.tangent, side), [side, 0.0])));
-            speeds.push(i);
-        }
-    }
-    let (forces, count) = (unknown.len(), unknown.len() + speeds.len());
-    let mut matrix = vec![vec![0.0; count]; count];
-    let mut b = vec![0.0; count];
-    for (k, (i, _, [side, normal])) in unknown.iter().enumerate() {
-        let row = &rows[*i];
-        let (test, bias) = match normal {
-            1.0 => (row.normal.clone(), row.bias[1]),
-            _ => (row.tangent.scaled(*side), side * row.bias[0]),
+    let contacts = rows.iter().map(|row| {
+        let axes = [&row.tangent, &row.normal];
+        let effect = |other: usize| {
+            axes.map(|own| [&rows[other].tangent, &rows[other].normal].map(|axis| own.dot(axis)))
         };
-        for (l, (_, direction, _)) in unknown.iter().enumerate() {
-            matrix[k][l] = test.dot(direction);
+        let [tangential, normal] = axes.map(|axis| axis.dot(load));
+        Pivoted {
+            friction: row.friction,
+            sliding: row.sliding,
+            pull: [tangential + row.bias[0], normal + row.bias[1]],
+            effects: (0..rows.len()).map(effect).collect(),
         }
-        b[k] = test.dot(load) + bias;
-        if *normal == 0.0
-            && let Some(at) = speeds.iter().position(|speed| speed == i)
-        {
-            matrix[k][forces + at] = 1.0;
-        }
+    });
+    let forces = by_pivoting(&contacts.collect::<Vec<_>>())?;
+    let mut y = load.clone();
+    for (row, [t, n]) in rows.iter().zip(&forces) {
+        y = y.plus(&row.tangent, *t).plus(&row.normal, *n);
     }
-    for (at, speed) in speeds.iter().enumerate() {
-        for (l, (i, _, [_, normal])) in unknown.iter().enumerate().filter(|(_, u)| u.0 == *speed) {
-            matrix[forces + at][l] = if *normal == 1.0 { rows[*i].friction } else { -1.0 };
-        }
-    }
-    let z = complementary(&matrix, &b)?;
-    let (mut y, mut pairs) = (load.clone(), vec![[0.0; 2]; rows.len()]);
-    for ((i, direction, [t, n]), part) in unknown.iter().zip(&z) {
-        y = y.plus(direction, *part);
-        pairs[*i][0] += t * part;
-        pairs[*i][1] += n * part;
-    }
-    Some((y, pairs))
+    Some((y, forces))
 }
 
 /// Words solved so far, none of them consistent.
