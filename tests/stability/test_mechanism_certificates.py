@@ -225,6 +225,21 @@ def test_an_interface_without_friction_is_refused(smooth):
     sf.certificate.check(verdict.certificate())
 
 
+def test_a_vertical_joint_is_exact():
+    """Its normal had a vertical part of 6e-17: two blocks side by side were `degenerate`, and walls without friction held a block by forces of 1e17 N."""
+    beside = sf.System([sf.Block(1, 1), sf.Block(1, 1, at=(1, 0))], friction=0.5)
+    verdict = sf.stability(beside)
+    assert verdict.by == "potential-well"
+    sf.certificate.check(verdict.certificate())
+    for row in beside.mechanism.contacts[2:4]:
+        assert (row.normal[[1, 4]] == 0).all()
+    blocks = {"low": sf.Block(1, 1), "high": sf.Block(1, 1, at=(0, 1))}
+    sides = [sf.SystemContact(name, None, (x, y + z), x * np.pi, 0) for z, name in enumerate(blocks) for x in (-0.5, 0.5) for y in (0, 1)]  # fmt: skip
+    verdict = sf.stability(sf.System(blocks, contacts=sides, ground=None))
+    assert verdict.by == "not-equilibrium"
+    sf.certificate.check(verdict.certificate())
+
+
 def test_bodies_that_friction_may_hold_above_their_level_are_refused():
     """With the separating vectors of the slides alone."""
     certificate = sf.stability(stack()).certificate()

@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::assembly::rigid::Rigid;
 use crate::assembly::touching::Sides;
+use crate::body::contact::direction;
 use crate::body::{ContactRows, MAX_CONTACTS, MAX_DOF, Mechanism, MechanismFields};
 use crate::error::{Error, finite, friction, gravity, in_range, restitution};
 use crate::tolerance::UPRIGHT_NORMAL;
@@ -125,11 +126,10 @@ impl From<System> for SystemFields {
 }
 
 impl SystemContact {
-    /// The unit tangent (cos, sin).
+    /// The unit tangent (cos, sin), exact for right angles.
     #[must_use]
     pub fn tangent(&self) -> [f64; 2] {
-        let (sine, cosine) = libm::sincos(self.slope);
-        [cosine, sine]
+        direction(self.slope).into()
     }
 }
 
