@@ -186,3 +186,15 @@ def test_a_scene_with_kicks_and_a_shaken_ground(tmp_path):
         sf.MechanismScene.load(tmp_path / "other.toml")
     with pytest.raises((TypeError, ValueError), match="only a scene of a System"):
         sf.MechanismScene(stack.mechanism, still, still, ground_motion=SHAKE)
+
+
+def test_bodies_that_slide_past_each_other_are_named():
+    stack = sf.System(
+        [sf.Block(0.3, 0.1), sf.Block(0.3, 0.1, at=(0, 0.1))], friction=0.2
+    )
+    far, near = (
+        sf.simulate(stack, kicks={"2": sf.Kick(0, (impulse, 0))}).warnings
+        for impulse in (0.06, 0.01)
+    )
+    assert any("2 on 1 at (-0.15, 0.1): the bodies have slid past each other" in text for text in far)  # fmt: skip
+    assert near == []

@@ -77,15 +77,24 @@ impl SceneOf {
         }
     }
 
-    /// What acts during a run that begins at this time on the clock (s).
+    /// Runs it from this start.
     ///
     /// # Errors
     ///
-    /// As [`System::excitation`].
-    pub fn excitation(&self, start: f64) -> Result<MechanismExcitation, Error> {
+    /// As [`simulate_mechanism_until`] and [`System::simulate_until`].
+    pub fn simulate_until(
+        &self,
+        q: &[f64],
+        qdot: &[f64],
+        options: &Options,
+        cancel: &dyn Fn() -> bool,
+    ) -> Result<Trajectory, Error> {
         match self {
-            Self::Mechanism(_) => Ok(MechanismExcitation::default()),
-            Self::System(system, excitation) => system.excitation(excitation, start),
+            Self::Mechanism(of) => {
+                let nothing = MechanismExcitation::default();
+                simulate_mechanism_until(of, q, qdot, options, &nothing, cancel)
+            }
+            Self::System(of, excitation) => of.simulate_until(q, qdot, options, excitation, cancel),
         }
     }
 
@@ -210,7 +219,9 @@ impl MechanismScene {
     /// As [`System::excitation`]; a start that does not have a finite value for each coordinate, options that contradict each other.
     pub fn new(of: SceneOf, q: Vec<f64>, qdot: Vec<f64>, options: Options) -> Result<Self, Error> {
         options.validate()?;
-        of.excitation(options.time)?;
+        if let SceneOf::System(system, excitation) = &of {
+            system.excitation(excitation, options.time)?;
+        }
         let dof = of.dof();
         for (field, values) in [("q", &q), ("qdot", &qdot)] {
             if values.len() != dof || !values.iter().all(|value| value.is_finite()) {
@@ -411,9 +422,7 @@ impl MechanismScene {
     ///
     /// As [`simulate_mechanism`](crate::simulate::simulate_mechanism).
     pub fn simulate(&self) -> Result<Trajectory, Error> {
-        let (mechanism, options) = (self.of.mechanism()?, &self.options);
-        let excitation = self.of.excitation(options.time)?;
-        simulate_mechanism_until(&mechanism, &self.q, &self.qdot, options, &excitation, &|| false)
+        self.of.simulate_until(&self.q, &self.qdot, &self.options, &|| false)
     }
 }
 

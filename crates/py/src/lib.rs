@@ -88,7 +88,6 @@ mod _core {
 
     use pyo3::types::PyDict;
 
-    use crate::error::to_py;
     use crate::input;
     use crate::options::of_call;
     use crate::run::interruptible_run;
@@ -164,14 +163,14 @@ mod _core {
                 let still = vec![0.0; mechanism.0.dof()];
                 let q = q.map_or(Ok(still.clone()), input::coordinates)?;
                 let qdot = qdot.map_or(Ok(still), input::coordinate_rates)?;
-                let excitation = match system {
-                    Some(system) => {
-                        let (system, start) = (&system.get().0, options.time);
-                        let of_bodies = crate::excitation::of_system(system, &given)?;
-                        system.excitation(&of_bodies, start).map_err(|e| to_py(&e))?
-                    }
-                    None => crate::excitation::of_mechanism(&given)?,
-                };
+                if let Some(system) = system {
+                    let system = &system.get().0;
+                    let excitation = crate::excitation::of_system(system, &given)?;
+                    return interruptible_run(py, |cancel| {
+                        system.simulate_until(&q, &qdot, &options, &excitation, cancel)
+                    });
+                }
+                let excitation = crate::excitation::of_mechanism(&given)?;
                 return interruptible_run(py, |cancel| {
                     simulate_mechanism_until(&mechanism.0, &q, &qdot, &options, &excitation, cancel)
                 });

@@ -9,7 +9,6 @@ use pyo3::types::PyDict;
 use standfast::Options;
 use standfast::assembly::{System, SystemExcitation};
 use standfast::mechanism_scene::{MechanismScene, SceneOf};
-use standfast::simulate::simulate_mechanism_until;
 
 use crate::assembly::PySystem;
 use crate::convert::{numbers_text, question};
@@ -125,11 +124,7 @@ impl PyMechanismScene {
             set(&mut chosen, keywords)?;
         }
         let MechanismScene { of, q, qdot, .. } = &self.0;
-        let mechanism = of.mechanism().map_err(|e| to_py(&e))?;
-        let excitation = of.excitation(chosen.time).map_err(|e| to_py(&e))?;
-        interruptible_run(py, |cancel| {
-            simulate_mechanism_until(&mechanism, q, qdot, &chosen, &excitation, cancel)
-        })
+        interruptible_run(py, |cancel| of.simulate_until(q, qdot, &chosen, cancel))
     }
 
     /// Reads a scene from the text of `to_json`. Raises ValueError with the line and the error.

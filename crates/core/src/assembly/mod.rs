@@ -8,6 +8,7 @@ mod least;
 mod load;
 mod onset;
 mod rigid;
+mod run;
 mod scaled;
 mod system;
 pub(crate) mod table;

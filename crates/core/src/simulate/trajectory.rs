@@ -296,6 +296,13 @@ impl Trajectory {
         }
     }
 
+    /// With one more warning.
+    pub(crate) fn warned(mut self, warning: String) -> Self {
+        self.record.warnings.push(warning);
+        self.warnings = OnceLock::new();
+        self
+    }
+
     pub(crate) fn excited_by(self, excitation: Excitation) -> Self {
         Self { excitation, ..self }
     }
