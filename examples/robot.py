@@ -154,7 +154,7 @@ def main(path="robot.png", points=96):
     report(biped_that_jams)
     robot = solo()
     if robot is None:
-        print("Solo 8 needs example-robot-data: pip install 'standfast[robots]'")
+        print("Solo 8 needs example-robot-data: pip install pin example-robot-data")
         return
     print(f"Solo 8, {pin.computeTotalMass(robot.model):.3f} kg, friction {FRICTION}:")
     figure, panels = plt.subplots(3, 2, figsize=(9, 11.5), layout="constrained")

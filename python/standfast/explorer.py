@@ -25,7 +25,5 @@ def explore(scene: Posture | Scene | None = None) -> "Widget":
     try:
         from standfast.widget import Widget
     except ImportError as error:
-        raise ImportError(
-            "explore needs anywidget: pip install 'standfast[notebook]'"
-        ) from error
+        raise ImportError("explore needs anywidget: pip install anywidget") from error
     return Widget(scene)

@@ -212,9 +212,7 @@ def xarray_or_not(what: str) -> Any:
     try:
         import xarray
     except ImportError as error:
-        raise ImportError(
-            f"{what} needs xarray: pip install 'standfast[map]'"
-        ) from error
+        raise ImportError(f"{what} needs xarray: pip install xarray") from error
     return xarray
 
 
@@ -423,9 +421,7 @@ def bar(total: int, unit: str, progress: bool | None, delay: float = 0.0) -> Any
     except ImportError as error:
         if progress is None:
             return None
-        raise ImportError(
-            "progress=True needs tqdm: pip install 'standfast[map]'"
-        ) from error
+        raise ImportError("progress=True needs tqdm: pip install tqdm") from error
     return tqdm(total=total, unit=unit, unit_scale=True, delay=delay)
 
 
@@ -483,7 +479,7 @@ def plot_map(
         from standfast import map_plot
     except ImportError as error:
         raise ImportError(
-            "plot_map needs matplotlib: pip install 'standfast[plot]'"
+            "plot_map needs matplotlib: pip install matplotlib"
         ) from error
     return map_plot.draw(dataset, ax, colors, labels, posture)
 

@@ -52,9 +52,7 @@ def to_xarray(run: Run, t: npt.ArrayLike | None = None) -> xarray.Dataset:
     try:
         import xarray
     except ImportError as error:
-        raise ImportError(
-            "to_xarray needs xarray: pip install 'standfast[map]'"
-        ) from error
+        raise ImportError("to_xarray needs xarray: pip install xarray") from error
     times = np.asanyarray(_times(run) if t is None else t)
     if times.ndim != 1:
         raise ValueError(

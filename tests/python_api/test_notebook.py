@@ -280,7 +280,7 @@ def test_explore_without_anywidget_says_what_to_install(monkeypatch):
     monkeypatch.setitem(sys.modules, "anywidget", None)
     with pytest.raises(
         ImportError,
-        match=r"explore needs anywidget: pip install 'standfast\[notebook\]'",
+        match=r"explore needs anywidget: pip install anywidget",
     ):
         sf.explore(CRATE)
 
