@@ -115,9 +115,7 @@ def test_wrong_forces_are_refused(arguments, message):
         sf.Force(**({"start": 0, "end": 1, "force": (1, 0)} | arguments))
 
 
-def test_a_mechanism_takes_no_force():
+def test_a_force_on_a_mechanism_is_one_for_each_coordinate():
     mechanism = sf.Mechanism.of_posture(BOX)
-    with pytest.raises(
-        ValueError, match="kicks, forces or ground_motion = given cannot be used"
-    ):
+    with pytest.raises(TypeError, match=r"forces\.1 = .* a pair \(time, values"):
         sf.simulate(mechanism, forces=[sf.Force(0, 1, (1, 0))])

@@ -464,9 +464,7 @@ impl PyVerdict {
     }
 
     fn __repr__(&self) -> String {
-        let by = self.by().map_or(String::new(), |by| format!(" by {by}"));
-        let reason = self.reason().map_or(String::new(), |reason| format!(", reason {reason}"));
-        format!("<Verdict: {}{by}{reason}>", self.frictional_stability())
+        format!("<Verdict: {}>", self.verdict)
     }
 
     fn __str__<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {

@@ -57,6 +57,8 @@ pub use region::equilibrium_region;
 pub use static_forces::{StaticForces, friction_margin, static_forces};
 pub use trials::{MOST_TRIALS, Trials, mechanism_trials, trials};
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use crate::body::Mechanism;
@@ -451,6 +453,26 @@ pub struct Verdict {
     pub evidence: Option<Evidence>,
     /// Every word at rest with its motion, forces and margins, for two contacts. Otherwise the consistent words, if they were needed.
     pub modes: Vec<ModeAnswer>,
+}
+
+/// The verdict with its argument, or its reason.
+///
+/// ```
+/// use standfast::{Lamina, Posture, stability};
+///
+/// let rod = Posture::rod(0.5, &Lamina { friction: 0.5, ..Lamina::default() })?;
+/// assert_eq!(stability(&rod)?.to_string(), "stable by theorem-3");
+/// # Ok::<(), standfast::Error>(())
+/// ```
+impl fmt::Display for Verdict {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.frictional_stability.as_str())?;
+        match (self.by, self.reason()) {
+            (Some(by), _) => write!(f, " by {}", by.as_str()),
+            (None, Some(reason)) => write!(f, ", reason {}", reason.as_str()),
+            (None, None) => Ok(()),
+        }
+    }
 }
 
 /// The verdict on a posture in its nominal configuration q = 0. Contacts in the air have no effect on small motions.
