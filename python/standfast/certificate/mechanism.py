@@ -12,7 +12,7 @@ from typing import Any
 
 from .exact import inner, is_positive_definite, rationals, solutions
 from .intervals import require
-from .scene import MOST_CONTACTS, entry, number, numbers
+from .scene import contacts_of, entry, number, numbers
 
 #: Largest number of coordinates: with more, a check might last for minutes.
 MOST_COORDINATES = 100
@@ -75,12 +75,7 @@ def rows_of(scene: Any) -> Rows:
         "scene.mass_matrix is not symmetric",
     )
     require(is_positive_definite(mass), "scene.mass_matrix is not positive definite")
-    listed = entry(scene, "contacts", "scene")
-    require(isinstance(listed, list) and bool(listed), "scene.contacts is empty")
-    require(
-        len(listed) <= MOST_CONTACTS,
-        f"scene.contacts has {len(listed)} entries; at most {MOST_CONTACTS} are checked",
-    )
+    listed = contacts_of(scene)
     feet = []
     for k, contact in enumerate(listed):
         where = f"scene.contacts[{k}]"

@@ -171,6 +171,17 @@ def power_of_two(value: Fraction) -> Fraction:
     return Fraction(1 << exponent) if exponent > 0 else Fraction(1, 1 << -exponent)
 
 
+def contacts_of(scene: Any) -> list[Any]:
+    """The entries of the contacts of a scene: at least one, and not too many."""
+    listed = entry(scene, "contacts", "scene")
+    require(isinstance(listed, list) and bool(listed), "scene.contacts is empty")
+    require(
+        len(listed) <= MOST_CONTACTS,
+        f"scene.contacts has {len(listed)} entries; at most {MOST_CONTACTS} are checked",
+    )
+    return list(listed)
+
+
 def body_of(scene: Any) -> Body:
     """The scene of a certificate."""
     sizes = []
@@ -179,12 +190,7 @@ def body_of(scene: Any) -> Body:
         require(sizes[-1] > 0, f"scene.{key} is not positive")
     _, rho, gravity = sizes  # every claim is one per unit mass
     center = numbers(entry(scene, "center_of_mass", "scene"), 2, "scene.center_of_mass")
-    listed = entry(scene, "contacts", "scene")
-    require(isinstance(listed, list) and bool(listed), "scene.contacts is empty")
-    require(
-        len(listed) <= MOST_CONTACTS,
-        f"scene.contacts has {len(listed)} entries; at most {MOST_CONTACTS} are checked",
-    )
+    listed = contacts_of(scene)
     drafts = []
     for k, contact in enumerate(listed):
         where = f"scene.contacts[{k}]"
