@@ -32,12 +32,15 @@ impl System {
     /// let shake = GroundMotion { times, acceleration, ..GroundMotion::default() };
     /// let shaken = SystemExcitation { ground_motion: Some(shake), ..SystemExcitation::default() };
     /// assert_eq!(system.excitation(&shaken, 0.0)?.loads[0], (0.0, vec![-6.0, 0.0, 0.0]));
+    /// // There is no second body.
+    /// let kicked = SystemExcitation { kicks: vec![(1, Default::default())], ..Default::default() };
+    /// assert!(system.excitation(&kicked, 0.0).is_err());
     /// # Ok::<(), standfast::Error>(())
     /// ```
     ///
     /// # Errors
     ///
-    /// [`Error::OutOfRange`] or [`Error::Unusable`] naming the field; a linear motion of the ground.
+    /// [`Error::OutOfRange`] or [`Error::Unusable`] naming the field; a body that is not there; a linear motion of the ground.
     pub fn excitation(
         &self,
         given: &SystemExcitation,
@@ -52,7 +55,14 @@ impl System {
                 allowed: "\"steps\" for an assembly: its motion is that of constant loads".into(),
             });
         }
-        let check = |k: usize, of: &Excitation| of.validate(start, bodies[k].1.mass, gravity);
+        let check = |k: usize, of: &Excitation| match bodies.get(k) {
+            Some((_, body)) => of.validate(start, body.mass, gravity),
+            None => Err(Error::Unusable {
+                field: if of.kicks.is_empty() { "forces.1.body" } else { "kicks.1.body" }.into(),
+                value: k.to_string(),
+                allowed: format!("a body, from 0 to {}", bodies.len() - 1),
+            }),
+        };
         for (n, (k, kick)) in given.kicks.iter().enumerate() {
             let one = Excitation { kicks: vec![*kick], ..Excitation::default() };
             check(*k, &one).map_err(|e| e.renamed(|field| numbered(field, n)))?;
