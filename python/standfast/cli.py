@@ -285,9 +285,10 @@ def modes(
 def _is_large(system: sf.System) -> bool:
     """Whether an assembly is too large for the questions to a mechanism."""
     try:
-        return not system.mechanism
+        _ = system.mechanism
     except ValueError:
         return True
+    return False
 
 
 def _standing(scene: sf.Scene | sf.MechanismScene) -> sf.Posture | sf.Mechanism:

@@ -1,4 +1,4 @@
-"""Campaigns of random assemblies. STANDFAST_ASSEMBLIES sets the number of assemblies of each kind whose statics and accelerations are compared (12), STANDFAST_DROPPED_STACKS that
+"""Campaigns of random assemblies. STANDFAST_ASSEMBLIES sets the number of assemblies of each kind whose statics and accelerations are compared (5), STANDFAST_DROPPED_STACKS that
 of the stacks of three blocks that are dropped (4), STANDFAST_SYSTEM_VERDICTS that of the assemblies whose verdicts are compared with runs (24), each from
 STANDFAST_SYSTEM_KICKS starts (4), and STANDFAST_PLANTED that of the towers with each planted error (6)."""
 

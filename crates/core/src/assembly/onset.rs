@@ -131,7 +131,7 @@ mod programmes {
 
     /// Largest number of programmes.
     const ROUNDS: usize = 40;
-    /// Largest number of contacts of a dense tableau: a second.
+    /// Largest number of contacts of a dense tableau. With 120 contacts it takes .1 s.
     const PIVOTED: usize = 160;
     /// Number of programmes from which the next one is extrapolated.
     const MEMORY: usize = 5;

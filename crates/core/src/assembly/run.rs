@@ -9,7 +9,7 @@ use crate::simulate::trajectory::Trajectory;
 
 impl System {
     /// The motion from this displacement and these rates of its bodies, as [`simulate_mechanism_until`]. The contacts keep their places on the bodies: it warns of a
-    /// joint of two bodies that have slid past each other.
+    /// joint of two bodies that have slid past each other at the end.
     ///
     /// ```
     /// use standfast::assembly::{Rigid, System, SystemExcitation, SystemFields};

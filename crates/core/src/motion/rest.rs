@@ -11,7 +11,8 @@ use crate::options::Stop;
 use crate::outcome::{Cause, Outcome, ZenoMethod};
 use crate::tolerance::{LEFT_OF_ZERO, QUIET_CHATTER, REMAINDER_FACTOR};
 
-/// Quiet landings of one of several contacts after which a motion counts as rounding. An accumulation that rounding does not keep up has fewer before it ends.
+/// Quiet landings of one of several contacts after which a motion counts as rounding. An accumulation whose speeds shrink by a tenth each time has fewer before it
+/// ends.
 const CHATTERS: usize = 200;
 
 /// The warning of a run in which the contacts rest and other coordinates move on.
