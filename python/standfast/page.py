@@ -21,6 +21,7 @@ PLAYER = ("stage.js", "player.js")
 EXPLORER = (
     *PLAYER,
     "presets.js",
+    "fields.js",
     "report.js",
     "places.js",
     "files.js",

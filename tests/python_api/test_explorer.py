@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from queue import Queue
 
+import numpy as np
 import pytest
 import standfast as sf
 from standfast import page
@@ -149,7 +150,7 @@ def test_a_side_on_the_edge_of_a_table_has_its_letter_and_force(browser):
         settled(shown, "unstable")
         assert letters(shown)[:5] == ["1", "2", "3", "4", "5F"]
         # Its marker is at the corner of the ground.
-        handle = shown.locator('[aria-label^="vertex 2 of the ground"]')
+        handle = shown.locator('circle[aria-label^="vertex 2 of the ground"]')
         x, y = (handle.get_attribute(name) for name in ("cx", "cy"))
         assert shown.locator(f'.sf-view circle[cx="{x}"][cy="{y}"][r="4"]').count() == 1
         seek(shown, 0.3)
@@ -260,6 +261,153 @@ def test_a_slope_and_a_slider(browser):
         shown.select_option(".sf-law", "moreau")
         answered(shown)
         assert scene_of(shown)["run"]["impact"] == "moreau"
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
+def test_it_opens_quietly_and_no_column_is_clipped(browser, width, height):
+    """`opened` sees to it that nothing goes to the console."""
+    size = {"viewport": {"width": width, "height": height}}
+    with explorer(browser, **size) as (shown, _):
+        settled(shown, "stable")
+        names = shown.locator(".sf-preset option").all_inner_texts()[1:]
+        for name in names:
+            shown.select_option(".sf-preset", name)
+            answered(shown)
+            assert shown.locator(".sf-error").is_hidden(), name
+            assert shown.locator(".sf-warnings").inner_text() == "", name
+            assert shown.evaluate("document.documentElement.scrollWidth") <= width
+            wide = shown.evaluate(
+                """() => [...document.querySelectorAll(".sf-right *:not(input, select, option)")]
+                .filter((e) => e.getBoundingClientRect().right > document.querySelector(".sf-right").getBoundingClientRect().right + 1)
+                .map((e) => e.outerHTML)"""
+            )
+            assert wide == [], name
+
+
+def test_numbers_are_typed(browser):
+    with explorer(browser, LEGS) as (shown, _):
+        settled(shown, "stable")
+
+        def typed(name, value):
+            field = shown.locator(f'input[type=number][aria-label="{name}"]')
+            field.fill(value)
+            field.press("Enter")
+            answered(shown)
+            return scene_of(shown)
+
+        slider = shown.locator("[data-slider='0']")
+        for contact in typed("friction μ, all contacts", "0.35")["contact"]:
+            assert contact["friction"] == 0.35
+        assert slider.input_value() == "0.35"
+        assert typed("restitution e", "0.3")["restitution"] == 0.3
+        assert typed("mass m / kg", "2.5")["body"]["mass"] == 2.5
+        scene = typed("radius of gyration ρ / m", "3")
+        assert scene["body"]["gyration_radius"] == 3.0
+        assert typed("contact 2, slope", "0.4")["contact"][1]["slope"] == 0.4
+        assert typed("contact 1, x", "-0.6")["contact"][0]["point"] == [-0.6, 0.0]
+        scene = typed("contact 1, friction", "0.7")
+        assert [c["friction"] for c in scene["contact"]] == [0.7, 0.35]
+        typed("impulse of the kick, x", "0.3")
+        (kick,) = typed("point of the kick, y", "0.5")["kick"]
+        assert kick["impulse"] == [0.3, 0.0]
+        assert kick["point"] == [0.05, 0.5]
+        # A place that changes the verdict, also by undo, which goes through the fields as well.
+        name = "centre of mass, x"
+        assert typed(name, "0.9")["body"]["center_of_mass"] == [0.9, 0.35]
+        settled(shown, "unstable")
+        shown.locator(".sf-undo").click()
+        answered(shown)
+        field = shown.locator(f'[aria-label="{name}"]')
+        assert field.input_value() == "0.05"
+        # What cannot be used is named, and undone.
+        typed("friction μ, all contacts", "-1")
+        assert "friction" in shown.locator(".sf-error").inner_text()
+        shown.locator(".sf-undo").click()
+        answered(shown)
+        assert shown.locator(".sf-error").is_hidden()
+
+
+def test_a_field_follows_the_handle_that_is_dragged(browser):
+    with explorer(browser, LEGS) as (shown, _):
+        settled(shown, "stable")
+        drag(shown, '[data-handle="0"]', (40, 0))
+        answered(shown)
+        x = scene_of(shown)["body"]["center_of_mass"][0]
+        field = shown.locator('[aria-label="centre of mass, x"]')
+        assert float(field.input_value()) == pytest.approx(x, abs=1e-4)
+        assert float(field.get_attribute("title")) == x
+
+
+def test_the_map_has_the_tints_of_its_legend(browser):
+    with explorer(browser) as (shown, _):
+        settled(shown, "stable")
+        tints = """async () => {
+            const image = document.querySelector(".sf-view image");
+            const picture = new Image(); picture.src = image.getAttribute("href"); await picture.decode();
+            const canvas = new OffscreenCanvas(picture.width, picture.height), context = canvas.getContext("2d");
+            context.drawImage(picture, 0, 0);
+            const { data } = context.getImageData(0, 0, picture.width, picture.height);
+            const tint = (r, g, b, a) => `${a ? [r, g, b] : [0, 0, 0]},${Math.round(a)}`;
+            const found = new Set();
+            for (let k = 0; k < data.length; k += 4) found.add(tint(...data.slice(k, k + 4)));
+            const legend = [...document.querySelectorAll(".sf-legend b")].map((b) => {
+              const { backgroundColor, opacity } = getComputedStyle(b);
+              return tint(...backgroundColor.match(/\\d+/g).map(Number), 255 * opacity);
+            });
+            return { opacity: getComputedStyle(image).opacity, found: [...found].sort(), legend: legend.sort() };
+        }"""
+        told = shown.evaluate(tints)
+        assert told["opacity"] == "1"
+        assert len(told["legend"]) >= 4
+        found, legend = (
+            np.array([[int(v) for v in tint.split(",")] for tint in told[name]])
+            for name in ("found", "legend")
+        )
+        away = abs(found[:, None] - legend).max(axis=-1)
+        # A canvas keeps the product of colour and opacity, rounded.
+        assert (away.min(axis=0) <= 2).all()
+        assert (away.min(axis=1) <= 2).all()
+
+
+def test_the_headline_follows_the_film_and_the_verdict_says_what_it_is_about(browser):
+    with explorer(browser) as (shown, _):
+        shown.select_option(".sf-preset", "A box and a push")
+        settled(shown, "stable")
+
+        def top(name):
+            return shown.locator(f".sf-{name}").bounding_box()["y"]
+
+        assert top("verdict") < top("run")
+        assert "comes to rest" in shown.locator(".sf-run").inner_text()
+        assert "turned by -1.571 rad" in shown.locator(".sf-run").inner_text()
+        seek(shown, 0.35)
+        assert top("run") < top("verdict")
+        assert "This run moves" in shown.locator(".sf-run h3").inner_text()
+        seek(shown, 1.0)
+        assert "This run comes to rest" in shown.locator(".sf-run h3").inner_text()
+        # A press beside the body shows the posture again.
+        view = shown.locator(".sf-view").bounding_box()
+        shown.mouse.click(view["x"] + 15, view["y"] + 15)
+        assert top("verdict") < top("run")
+
+
+def test_panels_show_the_angle_and_the_ground_and_none_is_empty(browser):
+    with explorer(browser) as (shown, _):
+        panels = {
+            "A box and a push": {"gaps", "angle"},
+            "Shaking ground": {"gaps", "angle", "shaking"},
+            "Bouncing ball": {"gaps"},
+            "Three feet": set(),
+        }
+        for name, expected in panels.items():
+            shown.select_option(".sf-preset", name)
+            answered(shown)
+            found = {
+                n
+                for n in ("gaps", "angle", "shaking")
+                if shown.locator(f".sf-{n} canvas").count()
+            }
+            assert found == expected, name
 
 
 def test_a_link_holds_the_scene(browser):

@@ -395,7 +395,7 @@ def test_the_cell_shows_the_scene_and_gives_back_what_was_changed():
         widget._scene = page.evaluate("window.saved._scene")
         assert widget.posture == CRATE
         # A slider changes the scene of the widget, and the widget that of the page.
-        slider = page.get_by_label("friction μ, all contacts")
+        slider = page.get_by_role("slider", name="friction μ, all contacts")
         slider.fill("0.25")
         page.wait_for_function(
             "window.saved._scene.contact.every((c) => c.friction === 0.25)"
@@ -419,7 +419,7 @@ def test_two_cells_of_one_widget_show_the_same_and_take_no_answers_of_each_other
         page.evaluate("() => { window.show(); }")
         both = "[...document.querySelectorAll('.sf-verdict')].filter((v) => v.dataset.state === '{}').length === 2"
         page.wait_for_function(both.format("stable"))
-        page.get_by_label("friction μ, all contacts").first.fill("0")
+        page.get_by_role("slider", name="friction μ, all contacts").first.fill("0")
         page.wait_for_function(both.format("unstable"))
         assert complaints == []
     assert len(set(asked)) == len(asked) > 4

@@ -2,7 +2,8 @@
 import { Stage, INK, escaped, frictions, nominal } from "./stage.js";
 import { Player, few } from "./player.js";
 import { PRESETS } from "./presets.js";
-import { modesHtml, verdictHtml } from "./report.js";
+import { SLIDERS, firstKick, hasSlopes, moveContact, put, rows, slidersHtml, tableHtml } from "./fields.js";
+import { modesHtml, runHtml, verdictHtml } from "./report.js";
 import { legendHtml, placesMap } from "./places.js";
 import { decoded, download, encoded, png } from "./files.js";
 
@@ -12,20 +13,12 @@ const FRAMES = 1200, COARSE = 60, FINE = 180, ROWS = 20;
 const IDLE = 350, MOST_STEPS = 200;
 // Speed of a kick along an arrow as long as the body, in units of √(g · size). Arrow shorter than this (px) is no kick.
 const KICK = 0.6, LEAST_KICK = 8;
-// Step of a key, as a share of the size of the body, or of the range of an angle.
-const STEP = 0.01;
+// Step of a key that moves a handle, as a share of the size of the body, or in rad.
+const NUDGE = 0.01;
 // Distance of the handle of a slope from its contact, in sizes of the body.
 const KNOB = 0.42;
 
 const LAWS = ["auto", "newton", "poisson", "stronge", "chatterjee-ruina", "moreau"];
-
-const SLIDERS = [
-  { name: "friction μ, all contacts", low: 0, high: 2, step: 0.01, get: (s) => s.contact[0].friction ?? 0, set: (s, v) => s.contact.forEach((c) => { c.friction = v; }) },
-  { name: "restitution e", low: 0, high: 0.95, step: 0.01, get: (s) => s.restitution, set: (s, v) => { s.restitution = v; s.contact.forEach((c) => delete c.restitution); } },
-  { name: "tangential restitution e_t", low: 0, high: 0.95, step: 0.01, get: (s) => s.contact[0].tangential_restitution ?? 0, set: (s, v) => s.contact.forEach((c) => { c.tangential_restitution = v; }) },
-  { name: "radius of gyration ρ / m", low: 0.02, high: 2, step: 0.01, scaled: true, get: (s) => s.body.gyration_radius, set: (s, v) => { s.body.gyration_radius = v; } },
-  { name: "mass m / kg", low: 0.1, high: 20, step: 0.1, get: (s) => s.body.mass, set: (s, v) => { s.body.mass = v; } },
-];
 
 const EXPLORER_HTML = `
 <header class="sf-bar">
@@ -43,20 +36,24 @@ const EXPLORER_HTML = `
 <main class="sf-main">
   <section class="sf-left">
     <div class="sf-view"></div>
-    <p class="sf-hint">Drag the centre of mass ◕, the contacts and the knobs of their slopes. Drag from the body to kick it. Keys: Tab and arrows move, K kicks, space plays.</p>
+    <p class="sf-hint">Drag the centre of mass ◕, the contacts and the knobs of their slopes, or type their numbers. Drag from the body to kick it. Keys: Tab and arrows move, K kicks, space plays.</p>
     <div class="sf-film"></div>
   </section>
   <section class="sf-right">
-    <div class="sf-verdict" role="status"></div>
+    <div class="sf-said">
+      <div class="sf-verdict" role="status"></div>
+      <div class="sf-run" aria-live="off"></div>
+    </div>
     <div class="sf-error" role="alert" hidden></div>
     <div class="sf-legend"></div>
-    <div class="sf-modes"></div>
-    <div class="sf-sliders"></div>
+    <div class="sf-sliders">${slidersHtml}</div>
+    <div class="sf-fields"></div>
     <div class="sf-choices">
       <label>law of impact <select class="sf-law">${LAWS.map((law) => `<option>${law}</option>`).join("")}</select></label>
       <label>jams <select class="sf-jams"><option>none</option><option>impact</option></select></label>
       <label><input type="checkbox" class="sf-showmap" checked> map of stable places</label>
     </div>
+    <div class="sf-modes"></div>
   </section>
 </main>`;
 
@@ -76,6 +73,7 @@ export class Explorer {
     this.stage = new Stage(this.find("view"), "The body on its ground");
     this.player = new Player(this.find("film"), this.stage);
     this.player.live = false;
+    this.player.onshow = () => this.tell();
     this.find("preset").innerHTML = ["", ...Object.keys(PRESETS)].map((name) => `<option value="${name}">${name || "—"}</option>`).join("");
     this.build();
     this.setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
@@ -156,6 +154,7 @@ export class Explorer {
       const about = await this.question({ ask: "posture", scene });
       if (this.wanted) { this.wanted.fit ||= fit; continue; }
       this.complain(about.error);
+      this.controls(settled);
       if (about.error) continue;
       this.about = about;
       if (fit) this.fit();
@@ -170,7 +169,6 @@ export class Explorer {
   async settle(scene, play) {
     if (this.link) history.replaceState(null, "", `#${encoded(this.scene)}`);
     this.onchange?.();
-    this.controls();
     const film = await this.question({ ask: "motion", scene, frames: FRAMES });
     if (this.wanted) return;
     if (film.error) {
@@ -217,6 +215,7 @@ export class Explorer {
     stage.draw({ drawing: about.drawing, q, frozen: false, letters: this.touching(word), forces: this.touching(mode?.forces), region: about.region, kick: this.drawnKick(), flash: null });
     this.showMap();
     this.handles();
+    this.tell();
   }
 
   // Of each contact, sides on corners of the ground included, what a list has for those that touch.
@@ -245,11 +244,11 @@ export class Explorer {
 
   handles() {
     const { stage, scene } = this;
-    const own = !scene.terrain && scene.ground !== "shared";
+    const own = hasSlopes(scene);
     const knob = KNOB * this.about.drawing.size;
     const list = [{ name: "centre of mass", at: scene.body.center_of_mass, move: (p) => { scene.body.center_of_mass = p; } }];
     scene.contact.forEach((contact, k) => {
-      list.push({ name: `contact ${k + 1}`, at: contact.point, move: (p) => this.moveContact(k, p) });
+      list.push({ name: `contact ${k + 1}`, at: contact.point, move: (p) => moveContact(scene, k, p) });
       const slope = contact.slope ?? 0;
       const place = [contact.point[0] + knob * Math.cos(slope), contact.point[1] + knob * Math.sin(slope)];
       if (own) {
@@ -268,14 +267,6 @@ export class Explorer {
     }).join("");
     this.list = list;
     if (active !== undefined) stage.svg.querySelector(`[data-handle="${active}"]`)?.focus();
-  }
-
-  // A contact at a corner of the outline takes the corner along.
-  moveContact(k, p) {
-    const contact = this.scene.contact[k];
-    const corner = this.scene.body.outline?.findIndex((c) => c[0] === contact.point[0] && c[1] === contact.point[1]) ?? -1;
-    if (corner >= 0) this.scene.body.outline[corner] = [...p];
-    contact.point = [...p];
   }
 
   // ---- Pointers and keys.
@@ -305,12 +296,19 @@ export class Explorer {
     this.find("showmap").onchange = () => this.changed();
     this.find("law").onchange = (event) => this.edit((scene) => { scene.run = { ...scene.run, impact: event.target.value }; if (!["auto", "newton", "moreau"].includes(event.target.value) && ["together", "newton"].includes(scene.run.simultaneous)) delete scene.run.simultaneous; });
     this.find("jams").onchange = (event) => this.edit((scene) => { scene.run = { ...scene.run, jams: event.target.value }; });
-    this.find("sliders").innerHTML = SLIDERS.map(({ name, low, high, step }, k) =>
-      `<label>${escaped(name)}<input type="range" data-slider="${k}" min="${low}" max="${high}" step="${step}" aria-label="${escaped(name)}"><output></output></label>`).join("");
-    this.find("sliders").addEventListener("pointerdown", () => this.remember());
-    this.find("sliders").addEventListener("keydown", (event) => { if (event.key.startsWith("Arrow")) this.remember(); });
-    this.find("sliders").addEventListener("input", (event) => this.slide(event.target, false));
-    this.find("sliders").addEventListener("change", (event) => this.slide(event.target, true));
+    const [sliders, fields] = [this.find("sliders"), this.find("fields")];
+    sliders.addEventListener("pointerdown", (event) => { if (event.target.dataset.slider) this.remember(); });
+    sliders.addEventListener("keydown", (event) => { if (event.target.dataset.slider && event.key.startsWith("Arrow")) this.remember(); });
+    for (const [box, change] of [[sliders, (input, settled) => this.slide(input, settled)], [fields, (input, settled) => settled && this.type(input, this.cell(input))]]) {
+      box.addEventListener("input", ({ target }) => {
+        if (target.type === "number") target.dataset.typed = "yes";
+        else change(target, false);
+      });
+      box.addEventListener("change", ({ target }) => {
+        if (target.dataset.number) this.type(target, SLIDERS[target.dataset.number]);
+        else change(target, true);
+      });
+    }
     if (!this.link) this.find("link").hidden = true;
     new ResizeObserver(() => { this.stage.resize(); if (this.about && !this.watching) this.arrange(); }).observe(this.find("view"));
     // A press on play, or on a time, shows the film.
@@ -335,8 +333,21 @@ export class Explorer {
   slide(input, settled) {
     const slider = SLIDERS[input.dataset.slider];
     slider.set(this.scene, Number(input.value));
-    input.nextElementSibling.textContent = few(Number(input.value));
     this.changed({ settled });
+  }
+
+  // Takes a number that has been typed. What is no number is replaced by the one before.
+  type(input, { get, set }) {
+    delete input.dataset.typed;
+    const value = input.valueAsNumber;
+    if (Number.isFinite(value)) this.edit((scene) => set(scene, value));
+    else put(input, get(this.scene));
+  }
+
+  // What a field of the table reads and writes.
+  cell(input) {
+    const [row, column] = input.dataset.field.split(",");
+    return this.rows[row][1][column];
   }
 
   press(event) {
@@ -393,9 +404,8 @@ export class Explorer {
   kick({ impulse, point }) {
     return this.edit((scene) => {
       scene.start = { q: [0, 0, 0], qdot: [0, 0, 0] };
-      scene.kick = [{ time: scene.run?.time ?? 0, impulse, point }];
-      if (scene.run?.model === "local") delete scene.run.model;
-      delete scene.run?.certify;
+      delete scene.kick;
+      Object.assign(firstKick(scene), { impulse, point });
     }, { play: true });
   }
 
@@ -404,7 +414,7 @@ export class Explorer {
     const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
     if (!handle || !way) return;
     event.preventDefault();
-    const step = STEP * (event.shiftKey ? 10 : 1);
+    const step = NUDGE * (event.shiftKey ? 10 : 1);
     const turned = handle.angle !== undefined;
     const size = this.about.drawing.size;
     const angle = handle.angle + step * (way[0] + way[1]);
@@ -441,16 +451,31 @@ export class Explorer {
     this.find("modes").innerHTML = modesHtml(this.about.modes);
   }
 
-  controls() {
+  // Says what the run does: beside the verdict of the posture, and above it while the film is shown.
+  tell() {
+    const { film } = this.player;
+    if (!film || !this.about) return;
+    this.find("said").dataset.watching = Boolean(this.watching);
+    this.find("run").innerHTML = runHtml(film, this.watching ? this.player.now : null);
+  }
+
+  // Shows the scene in the sliders and in the fields. settled: sliders are not moved while one of them is dragged.
+  controls(settled) {
     const { scene } = this;
-    for (const input of this.root.querySelectorAll("[data-slider]")) {
+    const list = rows(scene);
+    // The fields stay the same ones as long as they have the same names, so that the focus stays.
+    const html = tableHtml(list, hasSlopes(scene));
+    if (html !== this.table) this.find("fields").innerHTML = this.table = html;
+    this.rows = list;
+    for (const input of this.find("fields").querySelectorAll("[data-field]")) put(input, this.cell(input).get(scene));
+    for (const input of this.root.querySelectorAll("[data-number]")) put(input, SLIDERS[input.dataset.number].get(scene));
+    for (const input of settled ? this.root.querySelectorAll("[data-slider]") : []) {
       const slider = SLIDERS[input.dataset.slider];
       const value = slider.get(scene);
       if (slider.scaled) input.max = Math.max(Number(input.max), 2 * value);
       else if (value > Number(input.max)) input.max = value;
       if (value < Number(input.min)) input.min = value;
       input.value = value;
-      input.nextElementSibling.textContent = few(value);
     }
     this.find("law").value = scene.run?.impact ?? "auto";
     this.find("jams").value = scene.run?.jams ?? "none";
@@ -475,6 +500,7 @@ export class Explorer {
 
   showMap() {
     if (this.watching) return;
+    this.find("legend").hidden = !this.find("showmap").checked;
     if (this.map && this.find("showmap").checked) this.stage.drawMap(this.map.url, ...this.map.box);
     else this.stage.drawMap(null);
   }

@@ -1,4 +1,4 @@
-// The player: a film of a run on a stage, by two clocks, with its gaps over time.
+// The player: a film of a run on a stage, by two clocks, with its gaps, its angle and the motion of the ground over time.
 import { Stage, INK, axis, escaped, foot, forceArrows, placed } from "./stage.js";
 
 // Duration of a film, in s, when it is first shown: real time, and at most so much for the decades before Zeno points.
@@ -12,6 +12,10 @@ const DASHES = [[], [8, 3], [2, 3], [8, 3, 2, 3]];
 const LIFTED = 0.22;
 // Least gap on the logarithmic axis, m.
 const LEAST = 1e-13;
+// Gaps below this share of the size of the body count as closed; if all are, there is nothing to show.
+export const CLOSED = 1e-12;
+// Heights of the panels, px.
+const HEIGHTS = { gaps: 170, angle: 130, shaking: 130 };
 const SUPERSCRIPT = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
 // Pictures of buttons, which no font has to have.
@@ -33,13 +37,24 @@ const PLAYER_HTML = `
 </div>
 <div class="sf-readout" aria-live="off"></div>
 <ul class="sf-warnings"></ul>
-<div class="sf-gaps"></div>`;
+<div class="sf-panels"></div>`;
 
-// The arrow of the motion of the ground from entry k on: its acceleration relative to the largest, or the direction of gravity.
-function shaking({ acceleration, tilt }, k) {
-  if (tilt?.length) return { arrow: tilt[k] ? [-Math.sin(tilt[k]), -Math.cos(tilt[k])] : [0, 0], label: `gravity on ground tilted by ${few(tilt[k])} rad` };
-  const largest = Math.max(...acceleration.map((a) => Math.hypot(...a)));
-  return { arrow: acceleration[k].map((a) => a / (largest || 1)), label: "the ground accelerates" };
+// The motion of the ground at a time: its acceleration (x, y), m/s², or its tilt, rad. Before the first time it is 0.
+function groundAt({ times, acceleration, tilt, interpolation }, t) {
+  const k = times.findLastIndex((time) => time <= t);
+  if (tilt?.length) return [k < 0 ? 0 : tilt[k]];
+  if (k < 0) return [0, 0];
+  if (interpolation !== "linear" || k + 1 === times.length) return acceleration[k];
+  const share = (t - times[k]) / (times[k + 1] - times[k]);
+  return acceleration[k].map((a, i) => a + share * (acceleration[k + 1][i] - a));
+}
+
+// The arrow of the motion of the ground: its acceleration relative to the largest, or the direction of gravity.
+function shaking(motion, t) {
+  const now = groundAt(motion, t);
+  if (now.length === 1) return { arrow: now[0] ? [-Math.sin(now[0]), -Math.cos(now[0])] : [0, 0], label: `gravity on ground tilted by ${few(now[0])} rad` };
+  const largest = Math.max(...motion.acceleration.map((a) => Math.hypot(...a)));
+  return { arrow: now.map((a) => a / (largest || 1)), label: "the ground accelerates" };
 }
 
 // A time or a length in a few digits.
@@ -246,18 +261,18 @@ export class Player {
     const head = kick && placed(kick.point ?? drawing.center_of_mass, drawing, now.q, this.frozen);
     const hardest = Math.max(0, ...(film.kicks ?? []).map((k) => Math.hypot(...k.impulse)));
     const motion = film.ground_motion;
-    const begun = motion ? motion.times.findLastIndex((t) => t <= now.t) : -1;
     if (this.live) {
       this.stage.view = this.view;
       this.stage.shift = this.follows ? [now.q[0], now.q[1]] : null;
       this.stage.draw({
         drawing, q: now.q, frozen: this.frozen, magnified: this.magnified(now), letters: phase?.mode, forces: now.forces, largest: this.largest, flash,
         kick: kick && { from: head.map((v, i) => v - kick.impulse[i] / hardest * drawing.size), to: head },
-        shaking: begun < 0 ? null : shaking(motion, begun),
+        shaking: motion ? shaking(motion, now.t) : null,
       });
     }
     this.read(phase);
     this.mark();
+    this.onshow?.();
   }
 
   // By the Zeno clock, the body lifted off the ground by a multiple of its gaps, so that the largest of them can be seen: a displacement
@@ -296,9 +311,9 @@ export class Player {
     return { q: [now.q[0] + lift[0], now.q[1] + lift[1], now.q[2] + lift[2] / drawing.size], factor };
   }
 
-  // Marks the time in the plot.
+  // Marks the time in the panels.
   mark() {
-    this.chart?.setCursor({ left: this.chart.valToPos(this.position, "x"), top: -1 }, false);
+    for (const chart of this.charts ?? []) chart.setCursor({ left: chart.valToPos(this.position, "x"), top: -1 }, false);
   }
 
   read(phase) {
@@ -306,6 +321,7 @@ export class Player {
     const parts = [`t = ${now.t.toPrecision(7)} s`];
     const next = film.zeno_points.find((point) => point.infinite && point.time > now.t);
     if (next) parts.push(`${few(next.time - now.t)} s before the ${escaped(next.kind)} point`);
+    parts.push(`θ = ${few(now.q[2])} rad`);
     if (phase) parts.push(`mode ${escaped(phase.mode)}`);
     if (this.position >= this.whole) parts.push(`end: ${escaped(film.outcome)}`);
     this.find("readout").innerHTML = parts.map((text) => `<span>${text}</span>`).join("");
@@ -323,42 +339,68 @@ export class Player {
   resize() {
     this.stage.resize();
     if (!this.film) return;
-    this.chart?.setSize(this.chartSize());
+    for (const chart of this.charts) chart.setSize({ width: this.wide, height: chart.height });
     this.show();
   }
 
-  chartSize() {
-    return { width: Math.max(this.find("gaps").clientWidth, 80), height: 170 };
+  // Width of a panel, px.
+  get wide() {
+    return Math.max(this.find("panels").clientWidth, 80);
   }
 
-  // The gaps over the time of the film; logarithmic by the Zeno clock.
+  // The panels over the time of the film: the gaps, logarithmic by the Zeno clock; the angle; the motion of the ground. One with nothing
+  // to show is left out.
   plot() {
+    for (const chart of this.charts ?? []) chart.destroy();
+    this.charts = [];
+    const { drawing, frames, ground_motion: motion } = this.film;
     const logarithmic = this.clock === "zeno";
-    this.chart?.destroy();
-    const { frames } = this.film;
-    const ink = INK[this.theme];
-    const columns = this.film.drawing.contacts.map((_, c) => frames.gaps.map((gaps) => {
-      const gap = gaps[c];
-      return gap === null || (logarithmic && !(gap > LEAST)) ? null : gap;
-    }));
-    const axis = { stroke: ink.ink, grid: { stroke: ink.ground, width: 1 }, ticks: { stroke: ink.ground, width: 1 }, font: "12px system-ui", labelFont: "12px system-ui" };
-    this.chart = new uPlot({
-      ...this.chartSize(),
-      legend: { show: columns.length <= 8 && columns.length > 1, live: false },
-      cursor: { y: false, points: { show: false }, drag: { x: false, y: false }, lock: true },
-      scales: { x: { time: false, range: [0, this.whole || 1] }, y: logarithmic ? { distr: 3, range: (u, low, high) => [LEAST, Math.max(high ?? 1, 10 * LEAST) * 3] } : { range: (u, low, high) => [Math.min(low ?? 0, 0), (high ?? 1) * 1.05 || 1] } },
-      axes: [
-        { ...axis, label: logarithmic ? "decades of the time left" : "time / s", labelSize: 18, size: 32 },
-        { ...axis, label: "gap / m", labelSize: 18, size: 74, values: (u, values) => values.map(few), ...(logarithmic ? { splits: powers, filter: (u, values) => values, values: (u, values) => values.map((value) => value.toExponential(0)) } : {}) },
-      ],
-      series: [{ label: "time" }, ...columns.map((_, c) => ({
-        label: `contact ${c + 1}`, stroke: CURVES[this.theme][c % 4], dash: DASHES[c % 4], width: 1.6, spanGaps: false, points: { show: false },
-      }))],
-      hooks: { ready: [(u) => this.scrub(u)], setSize: [() => queueMicrotask(() => this.mark())] },
-    }, [this.column, ...columns], this.find("gaps"));
+    if (frames.gaps.some((gaps) => gaps.some((gap) => gap > CLOSED * drawing.size))) {
+      const gaps = drawing.contacts.map((_, c) => [`contact ${c + 1}`, frames.gaps.map((all) => (all[c] === null || (logarithmic && !(all[c] > LEAST)) ? null : all[c]))]);
+      const least = (u, low, high) => [LEAST, Math.max(high ?? 1, 10 * LEAST) * 3];
+      this.panel("gaps", "gap / m", gaps, logarithmic
+        ? { scale: { distr: 3, range: least }, axis: { splits: powers, filter: (u, values) => values, values: (u, values) => values.map((value) => value.toExponential(0)) } }
+        : { scale: { range: (u, low, high) => [Math.min(low ?? 0, 0), (high ?? 1) * 1.05 || 1] } });
+    }
+    const angles = frames.q.map((q) => q[2]);
+    if (angles.some((angle) => angle !== angles[0])) this.panel("angle", "θ / rad", [["angle θ", angles]]);
+    if (motion) {
+      const ground = frames.t.map((t) => groundAt(motion, t));
+      const names = motion.tilt?.length ? ["tilt of the ground"] : ["acceleration of the ground, x", "y"];
+      const columns = names.map((name, i) => [name, ground.map((values) => values[i])]).filter(([, values]) => values.some((value) => value !== 0));
+      const steps = motion.interpolation === "linear" ? {} : { paths: uPlot.paths.stepped({ align: 1 }) };
+      if (columns.length) this.panel("shaking", motion.tilt?.length ? "tilt / rad" : "a / (m/s²)", columns, { legend: true, series: steps });
+    }
+    this.mark();
   }
 
-  // Pressing or dragging in the plot goes to that time.
+  // A panel with curves: their names and their values at the frames.
+  panel(name, label, columns, { scale = {}, axis = {}, series = {}, legend = columns.length > 1 && columns.length <= 8 } = {}) {
+    const ink = INK[this.theme];
+    const look = { stroke: ink.ink, grid: { stroke: ink.ground, width: 1 }, ticks: { stroke: ink.ground, width: 1 }, font: "12px system-ui", labelFont: "12px system-ui" };
+    const box = Object.assign(document.createElement("div"), { className: `sf-${name}` });
+    this.find("panels").append(box);
+    const chart = new uPlot({
+      width: this.wide,
+      height: HEIGHTS[name],
+      // Without it, curves have steps of a pixel.
+      pxAlign: false,
+      legend: { show: legend, live: false },
+      cursor: { y: false, points: { show: false }, drag: { x: false, y: false }, lock: true },
+      scales: { x: { time: false, range: [0, this.whole || 1] }, y: scale },
+      axes: [
+        { ...look, label: this.clock === "zeno" ? "decades of the time left" : "time / s", labelSize: 18, size: 32 },
+        { ...look, label, labelSize: 18, size: 74, space: 20, values: (u, values) => values.map(few), ...axis },
+      ],
+      series: [{ label: "time" }, ...columns.map(([text], c) => ({
+        label: text, stroke: CURVES[this.theme][c % 4], dash: DASHES[c % 4], width: 1.6, spanGaps: false, points: { show: false }, ...series,
+      }))],
+      hooks: { ready: [(u) => this.scrub(u)], setSize: [() => queueMicrotask(() => this.mark())], destroy: [() => box.remove()] },
+    }, [this.column, ...columns.map(([, values]) => values)], box);
+    this.charts.push(chart);
+  }
+
+  // Pressing or dragging in a panel goes to that time.
   scrub(chart) {
     const go = (event) => {
       const box = chart.over.getBoundingClientRect();

@@ -318,8 +318,8 @@ export class Stage {
     const inside = low <= drawing.center_of_mass[0] && drawing.center_of_mass[0] <= high;
     const plumb = this.toScreen(drawing.center_of_mass);
     const bar = this.height - 8;
-    return `<rect x="${left}" y="0" width="${Math.max(right - left, 1)}" height="${this.height}" fill="${ink.region}" fill-opacity="0.07" pointer-events="none"/>`
-      + `<path d="M${left} 0V${this.height}M${right} 0V${this.height}" stroke="${ink.region}" stroke-dasharray="5 4" pointer-events="none"/>`
+    // Not filled: the colours of the map below mean something.
+    return `<path d="M${left} 0V${this.height}M${right} 0V${this.height}" stroke="${ink.region}" stroke-dasharray="5 4" pointer-events="none"/>`
       + `<path d="M${plumb[0]} ${plumb[1]}V${bar}" stroke="${inside ? ink.region : ink.flash}" stroke-width="1.2" stroke-dasharray="2 3" pointer-events="none"/>`
       + `<path d="M${left} ${bar}H${right}" stroke="${ink.region}" stroke-width="5" pointer-events="none"/>`
       + `<path d="M${plumb[0] - 6} ${bar + 7}L${plumb[0]} ${bar - 5}L${plumb[0] + 6} ${bar + 7}Z" fill="${inside ? ink.region : ink.flash}" stroke="${ink.paper}" pointer-events="none"/>`;
@@ -334,7 +334,7 @@ export class Stage {
     const [left, top] = this.toScreen([low[0], high[1]]);
     const [right, bottom] = this.toScreen([high[0], low[1]]);
     this.layers.map.innerHTML =
-      `<image href="${url}" x="${left}" y="${top}" width="${right - left}" height="${bottom - top}" preserveAspectRatio="none" opacity="0.5" style="image-rendering:pixelated"/>`;
+      `<image href="${url}" x="${left}" y="${top}" width="${right - left}" height="${bottom - top}" preserveAspectRatio="none" style="image-rendering:pixelated"/>`;
   }
 
   // The picture as the text of an SVG file, without the handles.
