@@ -153,7 +153,7 @@ def restitutions():
 
 def closeness():
     """A rod with e = 0.5, and ψ away from its bound by this share, on either side: L² − ρ² = ψ (L² + ρ²)."""
-    bound = sf.clattering_bound(0.5)
+    bound = sf.theory.clattering_bound(0.5)
     for off in 10.0 ** np.arange(-1, -12.5, -0.5):
         for name, psi in (
             ("inside", bound * (1 + off * (1 / bound - 1))),

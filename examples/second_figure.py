@@ -39,7 +39,9 @@ def chatter(e):
 
 def fate(e, psi):
     """Kind and method of the first Zeno point."""
-    local = sf.LocalModel(gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e)
+    local = sf.theory.LocalModel(
+        gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e
+    )
     run = local.simulate(**START, stop="zeno", record=False)
     return run.zeno_points[0].kind, run.zeno_points[0].method
 
@@ -67,7 +69,7 @@ def main(path="second_figure.png", points=100):
     axes.plot(fine, clattering(fine), color="black", linewidth=2)
     axes.plot(fine, chatter(fine), color="black", linestyle="--", linewidth=2)
     inner = fine[1:-1]
-    stable = [sf.neimark_sacker(float(x)) for x in inner]
+    stable = [sf.theory.neimark_sacker(float(x)) for x in inner]
     axes.plot(inner, stable, color="black", linestyle=":", linewidth=2)
     axes.set(
         xlim=(0, 1), ylim=(0, 1), xlabel="restitution e", ylabel="coupling ψ", aspect=1

@@ -26,7 +26,9 @@ REPEATS, ENDS = "#56B4E9", "#D9D9D9"
 
 def largest_exponent(e, psi):
     """Λ_1 per impact, the largest over the starts whose impacts do not end; NaN where all end on one contact."""
-    local = sf.LocalModel(gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e)
+    local = sf.theory.LocalModel(
+        gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e
+    )
     found = (
         local.exponents((0, gap), (1, rate), n=IMPACTS, transient=IMPACTS)
         for gap, rate in STARTS
@@ -57,7 +59,7 @@ def main(path="shape_chaos.png", points=120):
     image = axes.pcolormesh(e, psi, grows.T, cmap="YlOrBr", vmin=0.0, vmax=0.4)
     figure.colorbar(image, ax=axes, label="$Λ_1$ per impact, where shapes are chaotic")
     fine = np.linspace(0.6, 1, 400, endpoint=False)
-    curve = [sf.neimark_sacker(float(x)) for x in fine]
+    curve = [sf.theory.neimark_sacker(float(x)) for x in fine]
     axes.plot(fine, curve, color="black", linewidth=2)
     axes.set(xlim=(0.6, 1), ylim=(0, 0.8), xlabel="restitution e", ylabel="coupling ψ")
     handles = [

@@ -136,7 +136,7 @@ def of_run(run: sf.Run) -> Iterator[object]:
         yield from of_modes(sf.contact_modes(run.undecided))
 
 
-def of_modes(modes: sf.Modes) -> Iterator[object]:
+def of_modes(modes: sf.results.Modes) -> Iterator[object]:
     yield from (modes.status, modes.level, tuple(modes.consistent))
     for word in modes:
         mode = modes[word]

@@ -19,6 +19,13 @@ import numpy.typing as npt
 from standfast._core import ContactRows, HoldingTorques, Mechanism
 from standfast.suggest import nearest
 
+__all__ = ["Sagittal", "from_mujoco", "from_pinocchio", "sagittal"]
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
+
+
 # Types of Pinocchio and MuJoCo are `Any`: neither library says its own.
 _Floats = npt.NDArray[np.float64]
 _Bools = npt.NDArray[np.bool_]

@@ -142,7 +142,7 @@ def rod_point(x, psi, e, y, theta):
 
 def clattering():
     e = 0.2
-    bound = sf.clattering_bound(e)
+    bound = sf.theory.clattering_bound(e)
     for margin in decades(-1, -15):
         psi = bound * (1 + margin)
         found = rod_point(margin, psi, e, 0.011, 0.002)

@@ -469,11 +469,11 @@ def test_the_least_multiple_that_moves_is_the_static_one_of_random_stacks():
             'load = "2" .* a body of the system: 1',
         ),
         (
-            lambda: sf.SystemMode(sf.System([sf.Block(1, 1)]), "FF", [0] * 3, [(0, np.nan)] * 2),
+            lambda: sf.results.SystemMode(sf.System([sf.Block(1, 1)]), "FF", [0] * 3, [(0, np.nan)] * 2),
             r"forces\.1\.normal = NaN .* finite",
         ),
         (
-            lambda: sf.LoadFactor(sf.System([sf.Block(1, 1)]), 1, [(0, 1)], 1, None, True),
+            lambda: sf.results.LoadFactor(sf.System([sf.Block(1, 1)]), 1, [(0, 1)], 1, None, True),
             "forces = .1 pairs. .* each of the 2 contacts",
         ),
         (

@@ -64,7 +64,7 @@ class Row:
         return f"{self.name:28}{n:9}{shares}{self.warned:9}{len(self.wrong):9}"
 
 
-def is_tie(mode: sf.ContactMode) -> bool:
+def is_tie(mode: sf.results.ContactMode) -> bool:
     """Whether a margin is a tie and the warning is given."""
     nearest = min((abs(margin) for _, _, margin in mode.margins), default=math.inf)
     return mode.near_degenerate and nearest <= TIE

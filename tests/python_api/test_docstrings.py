@@ -21,11 +21,13 @@ import standfast.map_plot
 import standfast.maps
 import standfast.plot
 import standfast.report
+import standfast.results
 import standfast.scenery
 import standfast.series
 import standfast.suggest
 import standfast.system_plot
 import standfast.table
+import standfast.theory
 import standfast.units
 from standfast.cli import main
 
@@ -47,6 +49,12 @@ def core_docstrings():
 
 
 CORE = dict(sorted(core_docstrings()))
+PUBLIC = [
+    (holder, name)
+    for holder in (standfast, standfast.results, standfast.theory)
+    for name in holder.__all__
+    if name != "__version__"
+]
 
 
 def run_text(text, name):
@@ -72,11 +80,13 @@ def run_text(text, name):
         standfast.film,
         standfast.plot,
         standfast.report,
+        standfast.results,
         standfast.scenery,
         standfast.series,
         standfast.suggest,
         standfast.system_plot,
         standfast.table,
+        standfast.theory,
         standfast.units,
     ],
     ids=lambda m: m.__name__,
@@ -92,10 +102,8 @@ def test_core(name):
 
 
 def test_every_public_name_is_explained():
-    for name in standfast.__all__:
-        if name == "__version__":
-            continue
-        thing = getattr(standfast, name)
+    for holder, name in PUBLIC:
+        thing = getattr(holder, name)
         assert inspect.getdoc(thing), name
         if inspect.isclass(thing) and not issubclass(thing, Exception):
             for part, member in vars(thing).items():

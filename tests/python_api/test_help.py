@@ -14,9 +14,17 @@ from standfast.cli import main
 NAMES = [name for name in sf.__all__ if not name.startswith("__")]
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_help_opens_for_every_public_name(name):
-    text = pydoc.render_doc(getattr(sf, name))
+@pytest.mark.parametrize(
+    ("holder", "name"),
+    [
+        (holder, name)
+        for holder in (sf, sf.results, sf.theory)
+        for name in holder.__all__
+        if not name.startswith("__")
+    ],
+)
+def test_help_opens_for_every_public_name(holder, name):
+    text = pydoc.render_doc(getattr(holder, name))
     assert name in text
     assert "r#" not in text
 

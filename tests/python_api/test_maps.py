@@ -975,7 +975,7 @@ def test_second_figure(tmp_path):
     path = tmp_path / "figure.png"
     figure.main(path, points=20)
     assert path.read_bytes().startswith(b"\x89PNG")
-    curve = [sf.neimark_sacker(float(x)) for x in e]
+    curve = [sf.theory.neimark_sacker(float(x)) for x in e]
     similar = found == list(figure.KINDS).index(("2-zeno", "self-similar"))
     assert similar.sum() > 100
     assert (psi > np.array(curve)[:, None])[similar].all()
@@ -986,9 +986,11 @@ def test_shape_chaos(tmp_path):
     figure = example("shape_chaos")
     assert figure.largest_exponent(0.9, 0.22) == pytest.approx(0.199, abs=0.01)
     e, psi = 0.7, 0.7
-    c = sf.self_similar(e, psi)
+    c = sf.theory.self_similar(e, psi)
     assert c.stable
-    local = sf.LocalModel(gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e)
+    local = sf.theory.LocalModel(
+        gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e
+    )
     at_rest = local.exponents((0, c.gap), (1, c.rate)).lyapunov[0]
     assert figure.largest_exponent(e, psi) == pytest.approx(at_rest, abs=1e-3)
     e, psi, found = figure.chaos(20)

@@ -207,7 +207,7 @@ IN_PYTHON = [
     (lambda: RUN.film(1), ValueError, "frames = 1 cannot be used: an integer from 2 to 100000 is needed"),
     (lambda: sf.stability(NEEDLE), ValueError, "(distance of contacts.1.point from center_of_mass) / gyration_radius = 499999999.99999994 is outside its range: at most 1e4; forces on longer arms have few correct digits"),
     (lambda: sf.contact_modes(ROD, method="fast"), ValueError, 'method = "fast" cannot be used: one of `auto`, `enumerate`, `qp`'),
-    (lambda: sf.clattering_bound(1.5), ValueError, "restitution = 1.5 is outside its range: 0 <= restitution < 1"),
+    (lambda: sf.theory.clattering_bound(1.5), ValueError, "restitution = 1.5 is outside its range: 0 <= restitution < 1"),
     # Maps.
     (lambda: sf.sweep(ROD, {1: [1]}), TypeError, "over = {1: [1]} cannot be used: values by the path of their parameter are allowed"),
     (lambda: sf.sweep(ROD, {"mass": [1, -1]}), ValueError, "mass = -1.0 is outside its range: finite and > 0, from 1e-150 to 1e150"),

@@ -53,7 +53,7 @@ def toppling() -> sf.System:
     return sf.System(blocks, friction=0.6)
 
 
-def pushed() -> sf.LoadFactor:
+def pushed() -> sf.results.LoadFactor:
     factor = sf.load_factor(sf.System([sf.Block(2, 1)]), acceleration=(9.81, 0))
     assert factor is not None
     return factor

@@ -49,7 +49,7 @@ body = with_defaults(
     gravity=1.62,
 )
 local = with_defaults(
-    sf.LocalModel,
+    sf.theory.LocalModel,
     gravity=(9.81, 9.81),
     psi=(0.7, 0.7),
     phi=(0.5, -0.5),
@@ -179,7 +179,7 @@ def parts():
         local().exponents((0, 0.3), (1, -1), 100),
         local(psi=(0.9, 0.9)).fate((0, 0.1), (0.1, -1.9)),
         local(psi=(0.22, 0.22), restitution=0.9).fate((0, 0.3), (1, -1), 100),
-        sf.self_similar(0.5, 0.9),
+        sf.theory.self_similar(0.5, 0.9),
         sf.stability(rod(friction=0.5), trials=10, seed=3),
     ]
 
@@ -219,7 +219,7 @@ def test_values_print_copy_and_compare(value):
     names = {
         "Contact": sf.Contact,
         "Posture": sf.Posture,
-        "LocalModel": sf.LocalModel,
+        "LocalModel": sf.theory.LocalModel,
         "inf": math.inf,
     }
     assert eval(repr(value), names) == value

@@ -42,7 +42,7 @@ def sideways(system):
 
 def without_mode():
     factor = sideways(tower())
-    return sf.LoadFactor(factor.system, factor.static, factor.forces, math.inf, None, False)  # fmt: skip
+    return sf.results.LoadFactor(factor.system, factor.static, factor.forces, math.inf, None, False)  # fmt: skip
 
 
 PICTURES = {

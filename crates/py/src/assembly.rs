@@ -598,7 +598,7 @@ pub(crate) fn onset(
 ///
 /// system : System. word : a letter for each contact: S separate, F fixed, R or L sliding. acceleration : (dof,) x, y and theta of each body, m/s² and rad/s². forces :
 /// (contacts, 2) tangential and normal, N; where several are possible, one of them. factor : the multiple of the load that acts beside gravity.
-#[pyclass(frozen, eq, name = "SystemMode", module = "standfast")]
+#[pyclass(frozen, eq, name = "SystemMode", module = "standfast.results")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PySystemMode {
     system: PySystem,
@@ -710,7 +710,7 @@ impl PySystemMode {
 /// normal, N, that balance it (without the load if there is no bound). moves : the least multiple at which a contact opens or slides in a contact mode; inf if none does. It is less
 /// than `static` where forces can balance what need not stand. mode : a SystemMode that moves, at a load just above; or None. complete : whether `moves` is the least of all words; of systems of more than eight contacts only the word just above
 /// the static factor is tried.
-#[pyclass(frozen, eq, name = "LoadFactor", module = "standfast")]
+#[pyclass(frozen, eq, name = "LoadFactor", module = "standfast.results")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyLoadFactor {
     system: PySystem,

@@ -20,7 +20,7 @@ use standfast::outcome::{Enclosure, Uncertain};
 /// >>> low, high = run.enclosure.zeno
 /// >>> low < run.elapsed < high, high - low < 1e-15 * run.elapsed, run.enclosure.contacts
 /// (True, True, (1, 2))
-#[pyclass(frozen, eq, name = "Enclosure", module = "standfast")]
+#[pyclass(frozen, eq, name = "Enclosure", module = "standfast.results")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyEnclosure(Fields);
 

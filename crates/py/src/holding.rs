@@ -23,7 +23,7 @@ use crate::input;
 /// (array([10., 10.]), 1)
 /// >>> held.torque_interval.round(3)
 /// array([[-6.83, ...
-#[pyclass(frozen, name = "HoldingTorques", module = "standfast")]
+#[pyclass(frozen, name = "HoldingTorques", module = "standfast.results")]
 pub(crate) struct PyHoldingTorques {
     held: HoldingTorques,
     choose: HoldingChoice,

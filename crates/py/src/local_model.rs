@@ -31,11 +31,11 @@ const STATES: usize = 256;
 /// impact: both zero, or of one sign, with ψ_1ψ_2 ≤ 1. phi : (φ_1, φ_2) 1/m, coupling of an impact to the rotation. restitution : e, or (e_1, e_2), in [0, 1].
 ///
 /// >>> import standfast as sf
-/// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
+/// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
 /// >>> run = local.simulate(gaps=(0.0, 0.1), rates=(0.1, -1.9), stop="zeno")
 /// >>> run.zeno_points[0].kind
 /// '2-zeno'
-#[pyclass(frozen, eq, name = "LocalModel", module = "standfast")]
+#[pyclass(frozen, eq, name = "LocalModel", module = "standfast.theory")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyLocalModel(pub(crate) LocalModel);
 
@@ -79,7 +79,7 @@ impl PyLocalModel {
     /// run has no q; it has gaps, rates, theta and omega. With psi[0] * psi[1] = 1 the two gaps cannot move by themselves: a ValueError.
     ///
     /// >>> import standfast as sf
-    /// >>> local = sf.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)
+    /// >>> local = sf.theory.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)
     /// >>> local.simulate(gaps=(5, 20), rates=(0, 0), stop="zeno").time    # contact 1: √(2h/g)(1+e)/(1−e)
     /// 3.0
     #[pyo3(signature = (gaps, rates, theta=0.0, omega=0.0, **options), text_signature = "($self, gaps, rates, theta=0.0, omega=0.0, *, simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, sensitivity_limit=None, record=True, certify=False)")]
@@ -121,8 +121,8 @@ impl PyLocalModel {
     /// at least 1e-12, and gravity.1 / gravity.2 * sqrt(psi.1 / psi.2) between 1e-50 and 1e50.
     ///
     /// >>> import standfast as sf
-    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.5)
-    /// >>> c = sf.self_similar(0.5, 0.9)        # every impact multiplies all speeds by c
+    /// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.5)
+    /// >>> c = sf.theory.self_similar(0.5, 0.9)        # every impact multiplies all speeds by c
     /// >>> orbit = local.orbit(gaps=(0, c.gap), rates=(1, c.rate), n=4)
     /// >>> orbit.contacts, orbit.log_sizes - orbit.log_sizes[0]
     /// (array([1, 2, 1, 2]), array([ 0.        , ...
@@ -145,7 +145,7 @@ impl PyLocalModel {
     /// The means are over n impacts, after `transient` impacts that are not counted. See `orbit` for gaps, rates and errors.
     ///
     /// >>> import standfast as sf
-    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.22, 0.22), phi=(0, 0), restitution=0.9)
+    /// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.22, 0.22), phi=(0, 0), restitution=0.9)
     /// >>> chaos = local.exponents(gaps=(0, 0.3), rates=(1, -1), n=1_000_000)
     /// >>> round(chaos.sigma, 3), round(chaos.lyapunov[0], 2)
     /// (-0.038, 0.2)
@@ -174,7 +174,7 @@ impl PyLocalModel {
     /// See `orbit` for gaps, rates and errors.
     ///
     /// >>> import standfast as sf
-    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
+    /// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
     /// >>> local.fate(gaps=(0, 0.1), rates=(0.1, -1.9))
     /// <Fate: clattering, certified, known after 0 impacts>
     /// >>> local.fate(gaps=(0, 1), rates=(0.1, 0)).kind
@@ -198,7 +198,7 @@ impl PyLocalModel {
     ///
     /// >>> import numpy as np
     /// >>> import standfast as sf
-    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
+    /// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
     /// >>> rates = [[0.1, u] for u in (-2, -1, 0)]
     /// >>> local.fates(gaps=np.broadcast_to((0, 0.1), (3, 2)), rates=rates)["kind"]
     /// array(['clattering', 'clattering', '1-zeno'], dtype='<U12')

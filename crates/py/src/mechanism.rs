@@ -316,7 +316,7 @@ impl PyMechanism {
 /// <ContactSpace: 2 contacts, rank 3>
 /// >>> rod.contact_space.W.diagonal()                  # 1/m along the ground, 1/m + L²/(mρ²) = 2/m into it
 /// array([1., 2., 1., 2.])
-#[pyclass(frozen, eq, name = "ContactSpace", module = "standfast")]
+#[pyclass(frozen, eq, name = "ContactSpace", module = "standfast.results")]
 #[derive(PartialEq)]
 pub(crate) struct PyContactSpace(PyMechanism);
 

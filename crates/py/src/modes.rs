@@ -195,7 +195,7 @@ fn listed<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
 /// >>> mode = sf.contact_modes(rod)["SF"]      # the left end lifts off, the right one holds
 /// >>> mode.consistent, mode.violated
 /// (False, ['contact 1: a_n > 0'])
-#[pyclass(frozen, eq, name = "ContactMode", module = "standfast")]
+#[pyclass(frozen, eq, name = "ContactMode", module = "standfast.results")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyContactMode(ModeAnswer, Arc<Asked>);
 
@@ -392,7 +392,7 @@ impl PyContactMode {
 /// (['S', 'F', 'R', 'L'], ['F'], 'unique')
 /// >>> modes["F"].forces[0, 1]               # m g
 /// np.float64(20.0)
-#[pyclass(frozen, eq, mapping, name = "Modes", module = "standfast")]
+#[pyclass(frozen, eq, mapping, name = "Modes", module = "standfast.results")]
 #[derive(PartialEq)]
 pub(crate) struct PyModes {
     question: Arc<Asked>,

@@ -26,7 +26,7 @@ use crate::posture::PyPosture;
 /// >>> box = sf.Posture.box(1, 2, friction=2)
 /// >>> sf.smallest_push(box, point=(0, 2))
 /// <SmallestPush: from 0.98231 N s on the body does not come back; tried up to 13.24714 N s>
-#[pyclass(frozen, name = "SmallestPush", module = "standfast")]
+#[pyclass(frozen, name = "SmallestPush", module = "standfast.results")]
 pub(crate) struct PySmallestPush {
     posture: Posture,
     push: Push,

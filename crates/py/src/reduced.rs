@@ -25,7 +25,7 @@ use crate::input;
 ///     u_a = U/k_a    u_b = shapes[:, 0] U/k_b    h_b = shapes[:, 1] U²/(ĝ k_b)
 ///
 /// and the time since impact k − 1 is flights[k] U[k − 1]/ĝ; flights[0]/ĝ is the time since the start.
-#[pyclass(frozen, name = "Orbit", module = "standfast")]
+#[pyclass(frozen, name = "Orbit", module = "standfast.theory")]
 pub(crate) struct PyOrbit {
     pub(crate) map: ReducedMap,
     pub(crate) orbit: Orbit,
@@ -150,7 +150,7 @@ impl PyOrbit {
 ///
 /// A chaotic orbit in doubles soon differs from the exact orbit of its start, because an error grows by exp(Λ_1) per impact. Its
 /// means are those of the attractor.
-#[pyclass(frozen, eq, name = "Exponents", module = "standfast")]
+#[pyclass(frozen, eq, name = "Exponents", module = "standfast.theory")]
 pub(crate) struct PyExponents {
     pub(crate) exponents: Exponents,
     pub(crate) asked: Asked,
@@ -223,7 +223,7 @@ impl PyExponents {
 /// requires that earlier impacts amplify the rounding of the start to at most 1e-6 of the shape. hits : number of impacts after the
 /// first until the kind is known. period : number of impacts after which shape and contact repeat, or None. sigma : mean logarithm
 /// of the factor of all speeds per impact from then on; nan if not known.
-#[pyclass(frozen, eq, name = "Fate", module = "standfast")]
+#[pyclass(frozen, eq, name = "Fate", module = "standfast.theory")]
 pub(crate) struct PyFate {
     pub(crate) fate: Fate,
     pub(crate) asked: Asked,
@@ -324,7 +324,7 @@ pub(crate) fn fate_table<'py>(
 /// Each impact exchanges the contacts, multiplies all speeds by `factor`, and all gaps by its square. factor : c. stable : whether
 /// the orbit attracts neighbouring orbits. rate, gap : those of the other contact right after an impact with take-off rate 1, at
 /// gravity 1.
-#[pyclass(frozen, eq, name = "SelfSimilar", module = "standfast")]
+#[pyclass(frozen, eq, name = "SelfSimilar", module = "standfast.theory")]
 pub(crate) struct PySelfSimilar {
     orbit: SelfSimilar,
     restitution: f64,
@@ -364,7 +364,7 @@ impl PySelfSimilar {
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyTuple>)> {
         let asked = (self.restitution, self.psi).into_pyobject(py)?;
-        Ok((py.import("standfast")?.getattr("self_similar")?, asked))
+        Ok((py.import("standfast.theory")?.getattr("self_similar")?, asked))
     }
 
     fn __repr__(&self) -> String {
@@ -403,7 +403,7 @@ fn coupling(psi: f64) -> PyResult<f64> {
 /// restitution : e, or (e_1, e_2), in [0, 1). Raises ValueError naming it.
 ///
 /// >>> import standfast as sf
-/// >>> round(sf.clattering_bound(0.125), 15)         # (1/2 + 1/4)/(9/8)
+/// >>> round(sf.theory.clattering_bound(0.125), 15)         # (1/2 + 1/4)/(9/8)
 /// 0.666666666666667
 #[pyfunction]
 pub(crate) fn clattering_bound(
@@ -418,7 +418,7 @@ pub(crate) fn clattering_bound(
 /// restitution : e, or (e_1, e_2), in [0, 1). Raises ValueError naming it.
 ///
 /// >>> import standfast as sf
-/// >>> round(sf.chatter_bound(0.25), 15)
+/// >>> round(sf.theory.chatter_bound(0.25), 15)
 /// 0.8
 #[pyfunction]
 pub(crate) fn chatter_bound(
@@ -431,7 +431,7 @@ pub(crate) fn chatter_bound(
 /// psi ≤ 0. Raises ValueError naming `psi`.
 ///
 /// >>> import standfast as sf
-/// >>> round(sf.clattering_restitution(0.5), 12)     # 9 − 4√5: the uniform rod
+/// >>> round(sf.theory.clattering_restitution(0.5), 12)     # 9 − 4√5: the uniform rod
 /// 0.055728090001
 #[pyfunction]
 pub(crate) fn clattering_restitution(
@@ -444,7 +444,7 @@ pub(crate) fn clattering_restitution(
 /// `chatter_bound`; 0 for psi ≤ 0. Raises ValueError naming `psi`.
 ///
 /// >>> import standfast as sf
-/// >>> round(sf.chatter_restitution(0.8), 15)
+/// >>> round(sf.theory.chatter_restitution(0.8), 15)
 /// 0.25
 #[pyfunction]
 pub(crate) fn chatter_restitution(
@@ -461,7 +461,7 @@ pub(crate) fn chatter_restitution(
 /// restitution : e in [0, 1), of both contacts. psi : in [−1, 1]. Raises ValueError naming the field.
 ///
 /// >>> import standfast as sf
-/// >>> orbit = sf.self_similar(0.5, 0.9)
+/// >>> orbit = sf.theory.self_similar(0.5, 0.9)
 /// >>> round(orbit.factor, 6), orbit.stable
 /// (0.790489, True)
 #[pyfunction]
@@ -480,8 +480,8 @@ pub(crate) fn self_similar(
 /// restitution : e in (0, 1), of both contacts. Raises ValueError naming it.
 ///
 /// >>> import standfast as sf
-/// >>> psi = sf.neimark_sacker(0.5)
-/// >>> sf.self_similar(0.5, psi + 1e-6).stable, sf.self_similar(0.5, psi - 1e-6).stable
+/// >>> psi = sf.theory.neimark_sacker(0.5)
+/// >>> sf.theory.self_similar(0.5, psi + 1e-6).stable, sf.theory.self_similar(0.5, psi - 1e-6).stable
 /// (True, False)
 #[pyfunction]
 pub(crate) fn neimark_sacker(

@@ -30,7 +30,7 @@ use crate::posture::PyPosture;
 /// >>> runs = sf.simulate_many(box, (0, 0, 0), result.qdot[1], **result.options)
 /// >>> bool((runs.outcome == "rest").sum() == result.rest[1])
 /// True
-#[pyclass(frozen, name = "Robustness", module = "standfast")]
+#[pyclass(frozen, name = "Robustness", module = "standfast.results")]
 pub(crate) struct PyRobustness {
     posture: Posture,
     options: RobustnessOptions,

@@ -31,7 +31,7 @@ use crate::posture::PyPosture;
 /// "left-segment" (a contact reached the end of a piece of its terrain), "kick" or "ground-motion" (the motion of the ground changed). contact : the number of the contact of this event, or
 /// None. impacts : the number of `run.impacts` strictly between start and end; impacts that are summed in a Zeno point are not
 /// counted.
-#[pyclass(frozen, eq, name = "Phase", module = "standfast")]
+#[pyclass(frozen, eq, name = "Phase", module = "standfast.results")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyPhase(PhaseFields);
 
@@ -114,7 +114,7 @@ impl PyPhase {
 /// (rad/s). method : how the impacts were summed. certified : whether the sum is proved. plastic : whether these contacts, all of
 /// restitution 0, come to rest in one impact without rebound, so that no impacts accumulate. first_summed : index of the first
 /// collision that was summed and not simulated.
-#[pyclass(frozen, eq, name = "ZenoPoint", module = "standfast")]
+#[pyclass(frozen, eq, name = "ZenoPoint", module = "standfast.results")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyZenoPoint(ZenoFields);
 
@@ -269,7 +269,7 @@ impl PyZenoPoint {
 }
 
 /// A contact of a run, see `Run.contacts`.
-#[pyclass(frozen, eq, name = "RunContact", module = "standfast")]
+#[pyclass(frozen, eq, name = "RunContact", module = "standfast.results")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyRunContact(RunContact);
 

@@ -27,6 +27,13 @@ from .rest import (
 )
 from .scene import Body, body_of, entry
 
+__all__ = ["check", "read", "summary"]
+
+
+def __dir__() -> list[str]:
+    return sorted({*__all__, *(name for name in globals() if name.startswith("__"))})
+
+
 #: What a claim is about.
 Scene = TypeVar("Scene", Body, mechanism.Rows)
 
