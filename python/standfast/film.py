@@ -15,6 +15,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backend_bases import RendererBase
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgba
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import FancyArrowPatch, Patch, Wedge
@@ -40,7 +41,7 @@ from standfast.plot import (
     MARKERS,
     PATH,
     SMALL,
-    WIDTH,
+    Pose,
     View,
     apart,
     body_size,
@@ -53,6 +54,7 @@ from standfast.plot import (
     pose,
     sharpened,
     start,
+    stays_closed,
     style,
     touching,
 )
@@ -62,17 +64,24 @@ from standfast.units import plain
 
 _Floats = npt.NDArray[np.float64]
 
-#: Pixels of an inch of the film.
-DPI = 90
+#: Width of the film, in inches, and pixels of an inch: texts can be read where the film fills the screen of a phone.
+WIDE, DPI = 6.6, 100
+#: Columns of the legend, and its height, in inches.
+COLUMNS, ROWS = 3, 0.6
 #: Seconds of the film for which the ring of an impact and the arrow of a kick are shown.
 FLASH, KICKED = 0.25, 0.5
 #: Size of the ring of an impact in points: at the impact, and at the end of its flash.
 RING = (9.0, 22.0)
-#: Length of the largest contact force: in sizes of the body, and at most this share of the shorter side of the picture. Radius of the
-#: friction cones, in the same lengths.
-FORCE, ROOM, CONE = 0.8, 0.42, 1.15
-#: Length of an arrow that can be seen, as a share of the shorter side of the picture; of forces, as a share of the largest.
-SEEN = 0.1
+#: Length of the arrow of a contact force as large as the weight, and radius of the friction cones: in sizes of the body, and at least and
+#: at most these shares of the shorter side of the picture. An arrow that would be longer than so many of these lengths ends there.
+FORCE, SEEN, ROOM, LONGEST = 0.9, 0.16, 0.42, 3.0
+#: Opacity of the friction cones and of their edges.
+CONE, EDGES = 0.28, 0.8
+#: Share of the length of the longest arrow from which a component of it counts for the room in the picture.
+ASIDE = 0.1
+#: Height of the largest gap of the magnified body, in sizes of the body; decades of the time left, before and after an instant, in which that
+#: gap is the largest; factor from which the body is magnified.
+LIFTED, DECADES, MAGNIFIED = 0.22, 0.5, 2.0
 #: Length of the arrow of the largest acceleration of the ground, and height of the strip below the ground for it, in inches.
 SHAKE, BELOW_GROUND = 0.45, 0.6
 #: Room for labels of numbers that change their width where the view follows the body, in inches.
@@ -86,14 +95,16 @@ AROUND = 4.0
 #: Share of the lower of both neighbouring peaks of a gap below which a minimum of the gap is an impact. These minima are found closely;
 #: those of a contact that comes near to the ground without touching it are not far below both peaks.
 TOUCHED = 1e-3
-#: Lowest gap on a logarithmic axis, in sizes of the body: below it a contact counts as closed.
-CLOSED = 1e-12
 #: Most frames per second of a GIF: programs that show GIFs slow down shorter frames than two hundredths of a second.
 GIF_FPS = 50.0
 #: Colours of a frame of a GIF, at most 256.
 PALETTE = 255
+#: Lowest gap on a logarithmic axis, in sizes of the body: below it a contact counts as closed.
+CLOSED = 1e-12
 #: Room to the right of the end of the film, as a share of the film.
 EDGE = 0.01
+#: Least share of the product of the normals of two contacts by which these are not parallel.
+PARALLEL = 1e-9
 #: Digits of a double.
 DIGITS = 16
 
@@ -270,16 +281,20 @@ class Film:
         self.q: _Floats = run.at(self.t)[0]
         centers = self.q[:, :2]
         self.follows: bool = bool(np.ptp(centers, axis=0).max() > JOURNEY * self.size)
-        self.view: View = View(run, None if self.follows else self.t)
+        self.view: View = View(run, None if self.follows else self.t, WIDE)
         if self.follows:
             self._widen()
         if run.ground_motion is not None:
             self.view.low[1] -= BELOW_GROUND * self.view.scale
             self.view.height += BELOW_GROUND
         self.tangents: _Floats = self._tangents()
-        self.largest: float
-        self.reach: float
-        self.largest, self.reach = self._longest()
+        self.largest = float(
+            np.hypot(*np.moveaxis(np.nan_to_num(self.forces), -1, 0)).max()
+        )
+        weight = self.posture.mass * self.posture.gravity
+        #: Force (N) whose arrow has the length `reach` (m).
+        self.unit: float = weight or self.largest or 1.0
+        self.reach: float = self._reach()
         self.decimals: int = decimals(self.t)
         self.draw()
 
@@ -316,45 +331,52 @@ class Film:
             tangents[:, index] = np.column_stack([c * x - s * y, s * x + c * y])
         return tangents
 
-    def _longest(self) -> tuple[float, float]:
-        """The largest contact force, N, and the length of its arrow, m: such that the arrows stay in the picture, as far as they are then
-        long enough to be seen."""
-        largest = float(np.hypot(*np.moveaxis(np.nan_to_num(self.forces), -1, 0)).max())
+    def _reach(self) -> float:
+        """The length (m) of the arrow of a force as large as the weight: such that the arrows stay in the picture, as far as they are then long
+        enough to be seen."""
         side = float((self.view.high - self.view.low).min())
         reach = min(FORCE * self.size, ROOM * side)
-        if largest == 0.0 or self.follows:
-            return largest, reach
-        normals = self.tangents[..., ::-1] * (-1.0, 1.0)
-        ways = self.forces[..., :1] * self.tangents + self.forces[..., 1:] * normals
-        ways = np.nan_to_num(ways) / largest
-        with np.errstate(divide="ignore", invalid="ignore"):
-            room = np.where(ways > 0.0, self.view.high, self.view.low) - self.points
-            most = (room / ways)[abs(ways) > SEEN]
-        return largest, max(SEEN * side, min(reach, float(most.min()) / CONE))
+        if self.largest > 0.0 and not self.follows:
+            normals = self.tangents[..., ::-1] * (-1.0, 1.0)
+            ways = self.forces[..., :1] * self.tangents + self.forces[..., 1:] * normals
+            ways = np.nan_to_num(ways) / self.unit
+            long = np.maximum(1.0, np.hypot(*np.moveaxis(ways, -1, 0)) / LONGEST)
+            ways /= long[..., None]
+            with np.errstate(divide="ignore", invalid="ignore"):
+                room = np.where(ways > 0.0, self.view.high, self.view.low) - self.points
+                most = (room / ways)[abs(ways) > ASIDE * abs(ways).max()]
+            reach = min(reach, float(most.min()))
+        return max(SEEN * side, reach)
 
     def draw(self) -> None:
         """Draws what does not change, and prepares what does."""
-        tall = self.view.height + LABELS + GAPS + 0.5
+        times, gaps = self._sampled()
+        opens = not stays_closed(self.run)
+        heights = [self.view.height + LABELS] + [GAPS] * opens
+        tall = sum(heights) + ROWS
         # H.264 needs even numbers of pixels.
-        wide, high = (2 * round(0.5 * DPI * side) / DPI for side in (WIDTH, tall))
+        wide, high = (2 * round(0.5 * DPI * side) / DPI for side in (WIDE, tall))
         self.figure: Figure = Figure((wide, high), dpi=DPI)
         canvas = FigureCanvasAgg(self.figure)
         self.figure.set_layout_engine("constrained", h_pad=0.08)
-        grid = self.figure.add_gridspec(
-            2, 1, height_ratios=(self.view.height + LABELS, GAPS)
-        )
+        grid = self.figure.add_gridspec(len(heights), 1, height_ratios=heights)
         self.body: Axes = self.figure.add_subplot(grid[0])
-        self.curves: Axes = self.figure.add_subplot(grid[1])
+        self.curves: Axes | None = self.figure.add_subplot(grid[1]) if opens else None
         self.moving: list[Artist] = []
         self.entries: dict[str, Any] = {}
-        self._draw_gaps()
+        self.shown_gaps: list[int] = []
+        self.dots: list[Line2D] = []
+        self._find_hits(times, gaps)
+        self._list_contacts()
+        if self.curves is not None:
+            self._draw_gaps(self.curves, times, gaps)
         self._draw_body()
         first = dict(list(self.entries.items())[:LEGEND])
         self.figure.legend(
             list(first.values()),
             list(first),
             loc="outside lower left",
-            ncols=min(len(first), 6),
+            ncols=min(len(first), COLUMNS),
             fontsize=SMALL,
             frameon=False,
             borderaxespad=0.2,
@@ -374,7 +396,8 @@ class Film:
 
     def _freeze(self, canvas: FigureCanvasAgg) -> None:
         """Replaces everything that does not change by its picture, which is much faster than drawing it in every frame."""
-        axes = [self.curves] if self.follows else [self.body, self.curves]
+        axes = [] if self.follows else [self.body]
+        axes += [] if self.curves is None else [self.curves]
         visible = {artist: artist.get_visible() for artist in self.moving}
         for artist in self.moving:
             artist.set_visible(False)
@@ -398,36 +421,47 @@ class Film:
 
     # --- The panel of the gaps ---
 
-    def _draw_gaps(self) -> None:
-        run, axes = self.run, self.curves
-        zeno = self.clock == "zeno"
-        times, gaps = self._sampled()
-        shown = self.in_film(times)
+    def _find_hits(self, times: _Floats, gaps: _Floats) -> None:
+        """The impacts of each contact, in the film and in the world. The gaps (k, n) at these times (k,) get zeros there."""
+        run = self.run
         self.hits: list[tuple[_Floats, _Floats]] = []
         for index, when in enumerate(impacts(run, times, gaps)):
             self.hits.append((self.in_film(when), run.points_at(when)[:, index]))
             if index < len(run.gaps):
                 gaps[np.isin(times, when), index] = 0.0
-        touched = touching(run) if len(run.gaps) > FEW else set(range(len(run.gaps)))
-        lowest = CLOSED * self.size
-        highest = float(gaps[np.isfinite(gaps)].max(initial=0.0))
-        if zeno:
-            axes.set_yscale("log")
-            gaps = np.maximum(gaps, 1e-3 * lowest)
-        shown_gaps = sorted(index for index in touched if index < len(run.gaps))
-        for index in shown_gaps:
-            look: dict[str, Any] = {
-                "color": COLORS[index % 4],
-                "ls": LINES[style(index)],
-            }
-            (line,) = axes.plot(shown, gaps[:, index], lw=1.4, **look)
-            self.entries[f"contact {index + 1}"] = (line, self._mark(index))
-        sides = sorted(k for k in touching(run) if k >= len(run.gaps))  # without gaps
+
+    def _list_contacts(self) -> None:
+        """The contacts in the legend, and those whose gaps are drawn."""
+        run, own = self.run, len(self.run.gaps)
+        touched = touching(run) if own > FEW else set(range(own))
+        self.shown_gaps = sorted(index for index in touched if index < own)
+        for index in self.shown_gaps:
+            line = Line2D([], [], lw=1.4, **self._line(index))
+            mark = self._mark(index)
+            self.entries[f"contact {index + 1}"] = (
+                mark if self.curves is None else (line, mark)
+            )
+        sides = sorted(k for k in touching(run) if k >= own)  # without gaps
         if len(sides) > FEW:
             label = f"{contacts_named([k + 1 for k in sides])} (sides)"
             self.entries[label] = tuple(self._mark(k) for k in sides[:FEW])
         else:
             self.entries |= {called(run, k): self._mark(k) for k in sides}
+
+    @staticmethod
+    def _line(index: int) -> dict[str, Any]:
+        return {"color": COLORS[index % 4], "ls": LINES[style(index)]}
+
+    def _draw_gaps(self, axes: Axes, times: _Floats, gaps: _Floats) -> None:
+        zeno = self.clock == "zeno"
+        shown = self.in_film(times)
+        lowest = CLOSED * self.size
+        highest = float(gaps[np.isfinite(gaps)].max(initial=0.0))
+        if zeno:
+            axes.set_yscale("log")
+            gaps = np.maximum(gaps, 1e-3 * lowest)
+        for index in self.shown_gaps:
+            axes.plot(shown, gaps[:, index], lw=1.4, **self._line(index))
         if zeno:
             axes.set_ylim(lowest, max(3.0 * highest, 10.0 * lowest))
             axes.yaxis.set_major_locator(LogLocator(numticks=8))
@@ -447,11 +481,10 @@ class Film:
         axes.set_xlabel(f"time of the film / s ({self._pace()})")
         axes.spines[["top", "right"]].set_visible(False)
         self.cursor: Line2D = self._moves(axes.axvline(0.0, color="black", lw=1.2))
-        self.dots: list[Line2D] = [
+        self.dots = [
             self._moves(Line2D([], [], clip_on=False, **self._look(index)))
-            for index in shown_gaps
+            for index in self.shown_gaps
         ]
-        self.dotted = shown_gaps
         for dot in self.dots:
             axes.add_line(dot)
 
@@ -526,10 +559,11 @@ class Film:
             self._moves(artist)
         self._draw_contacts()
         self._draw_excitation()
+        self._draw_ghost()
         self.title: Text
         self.left: Text
         self.title, self.left = (
-            self._moves(axes.set_title(" ", loc=loc, fontsize=11, y=1.0))
+            self._moves(axes.set_title(" ", loc=loc, fontsize=9.5, y=1.0))
             for loc in ("left", "right")
         )
 
@@ -544,9 +578,8 @@ class Film:
         for index, contact in enumerate(self.run.contacts):
             color = COLORS[index % 4]
             half = math.degrees(math.atan(contact.friction))
-            cone = Wedge(
-                (0, 0), CONE * self.reach, -half, half, fc=color, alpha=0.18, lw=0
-            )
+            cone = Wedge((0, 0), self.reach, -half, half, lw=0.8)
+            cone.set(fc=to_rgba(color, CONE), ec=to_rgba(color, EDGES))
             axes.add_patch(cone)
             cone.set_zorder(1.5)
             arrow = self._arrow(color)
@@ -566,11 +599,15 @@ class Film:
             self.rings.append(self._moves(ring))
             self.feet.append(self._moves(foot))
         if self.largest > 0.0:
-            label = f"contact force (longest {self.largest:.3g} N)"
+            cut = self.largest > LONGEST * self.unit
+            more = f", cut off at {LONGEST * self.unit:.3g} N" if cut else ""
+            label = f"contact force (longest {self.largest:.3g} N{more})"
             self.entries[label] = Line2D([], [], color="black", lw=2.0, marker=">")
         rough = any(contact.friction > 0.0 for contact in self.run.contacts)
         if self.largest > 0.0 and rough:
-            self.entries["friction cone"] = Patch(fc="black", alpha=0.18)
+            look = {"fc": to_rgba("black", CONE), "ec": to_rgba("black", EDGES)}
+            label = f"friction cone (its length: {self.unit:.3g} N, the weight)"
+            self.entries[label] = Patch(lw=0.8, **look)
         if any(len(times) for times, _ in self.hits):
             self.entries["impact"] = Line2D(
                 [], [], ls="none", marker="o", mfc="none", mec="black", ms=10
@@ -670,10 +707,79 @@ class Film:
         self._update_excitation(t, film)
         self.title.set_text(f"t = {self._written(t)} s")
         self.left.set_text(self._time_left(t))
+        self._update_ghost(k, shape)
+        if self.curves is None:
+            return
         self.cursor.set_xdata([film, film])
         lowest = self.curves.get_ylim()[0]
-        for index, dot in zip(self.dotted, self.dots, strict=True):
+        for index, dot in zip(self.shown_gaps, self.dots, strict=True):
             dot.set_data([film], [max(self.gaps[k, index], lowest)])
+
+    # --- The body with magnified gaps ---
+
+    def _draw_ghost(self) -> None:
+        axes = self.body
+        outline = Line2D([], [], color="black", lw=1.3, ls=(0, (5, 3)), zorder=3)
+        feet = Line2D([], [], color="black", ls="none", marker="o", ms=4, zorder=5)
+        self.ghost: list[Line2D] = [outline, feet]
+        for line in self.ghost:
+            axes.add_line(self._moves(line))
+        look: dict[str, Any] = {"transform": axes.transAxes, "va": "top", "zorder": 7}
+        self.caption: Text = self._moves(axes.text(0.01, 0.98, "", fontsize=9, **look))
+
+    def _update_ghost(self, k: int, shape: Pose) -> None:
+        found = self._magnified(k, shape.center)
+        for artist in (*self.ghost, self.caption):
+            artist.set_visible(found is not None)
+        if found is None:
+            return
+        (*way, turn), factor = found
+
+        def moved(points: _Floats) -> _Floats:
+            x, y = (points - shape.center).T
+            shifted: _Floats = points + way + turn * np.column_stack([-y, x])
+            return shifted
+
+        for line, points in zip(
+            self.ghost, (shape.outline, shape.contacts), strict=True
+        ):
+            line.set_data(*moved(points).T)
+        digits, power = f"{factor:.1e}".split("e")
+        size = (
+            f"{factor:.0f}"
+            if factor < 1000.0
+            else rf"${digits}\cdot 10^{{{int(power)}}}$"
+        )
+        self.caption.set_text(f"dashed: gaps {size} times as large")
+
+    def _magnified(self, k: int, center: _Floats) -> tuple[_Floats, float] | None:
+        """By the Zeno clock, a displacement (x, y, θ) of the body of frame k after which its gaps are larger by a factor, so that the
+        largest of them can be seen; None where it can be seen anyway.
+
+        It is (factor − 1) Nᵀ(N Nᵀ)⁻¹ h, with the rows N of the normal velocities and the gaps h of the contacts that come to rest.
+        """
+        later = [point for point in self.infinite if point.time > self.t[k]]
+        if self.clock != "zeno" or not later:
+            return None
+        contacts = np.array(later[0].contacts[:2]) - 1
+        if contacts.max() >= self.gaps.shape[1]:  # sides have no gaps
+            return None
+        near = abs(self.film - self.film[k]) * self.speed <= DECADES
+        near &= self.t < later[0].time
+        largest = float(np.nan_to_num(self.gaps[near][:, contacts]).max())
+        if not 0.0 < largest < LIFTED * self.size / MAGNIFIED:
+            return None
+        factor = LIFTED * self.size / largest
+        tangents = self.tangents[k, contacts]
+        arms = self.points[k, contacts] - center
+        levers = (arms * tangents).sum(axis=1) / self.size
+        rows = np.column_stack([-tangents[:, 1], tangents[:, 0], levers])
+        gram = rows @ rows.T
+        if np.linalg.det(gram) <= PARALLEL * np.diag(gram).prod():
+            return None
+        lift = (factor - 1.0) * np.linalg.solve(gram, self.gaps[k, contacts]) @ rows
+        lift[2] /= self.size
+        return lift, factor
 
     def _update_contacts(self, k: int, film: float) -> None:
         mode = self.modes[k]
@@ -696,7 +802,8 @@ class Film:
                 self.cones[index].set_center(tuple(point))
                 self.cones[index].set_theta1(turn - half)
                 self.cones[index].set_theta2(turn + half)
-                way = self.reach * force / self.largest
+                longest = max(1.0, math.hypot(*force) / (LONGEST * self.unit))
+                way = self.reach * force / self.unit / longest
                 self.arrows[index].set_positions(tuple(point), tuple(point + way))
             place = point - INTO * inch * normal
             free = all(math.hypot(*(place - p)) > LETTER * inch for p in written)
@@ -743,9 +850,9 @@ class Film:
         return f"{t:.{self.decimals}f}"
 
     def _time_left(self, t: float) -> str:
-        """The time left to the next Zeno point, in words."""
+        """The time left to the next Zeno point, in words; without one, what a second of the film is where no axis says so."""
         if not self.infinite:
-            return ""
+            return self._pace() if self.curves is None else ""
         later = [point for point in self.infinite if point.time > t]
         if any(point.time == t for point in self.infinite):
             return f"at the Zeno point{self._who(t)}"

@@ -75,8 +75,8 @@ REACH = 12.0
 BELOW = np.array([0.5, 0.3])
 #: Room around the body and the ground beneath it, and thickness of the ground, as shares of their extent.
 MARGIN, THICKNESS = 0.08, 0.05
-#: Width, least height and largest height of the panel of the body, in inches, without labels and title.
-PANEL, LOW, HIGH = WIDTH - 0.7, 2.0, 4.6
+#: Width of the labels beside the panel of the body, and least and largest height of the panel without labels and title, in inches.
+BESIDE, LOW, HIGH = 0.7, 2.0, 4.6
 #: Largest number of contacts that are all drawn in colour and whose numbers are written at the body.
 FEW = 4
 #: Height that labels and title of that panel need, in inches.
@@ -124,7 +124,7 @@ def plot(
     The suffix of `path` determines the format. The figure has at most five panels:
 
     1. if the run has a posture, the body on its ground at some instants, to scale, with arrows for kicks;
-    2. the gaps over time, with the impacts marked on the terrain;
+    2. the gaps over time, with the impacts marked on the terrain, unless all contacts stay closed;
     3. the angle, the contact forces and the motion of the ground over time, each only if there is something to see;
     4. if one accumulation of impacts is the main event, the gaps against the time left until its end, with two logarithmic axes:
        accumulating impacts are evenly spaced here.
@@ -142,27 +142,30 @@ def plot(
         return axes
     view = None if run.posture is None else View(run)
     point = accumulation(run)
+    opens = view is None or not stays_closed(run)
     others = list(over_time(run))
-    rest = 1 + (view is not None) + (point is not None)
+    rest = opens + (view is not None) + (point is not None)
     others = others[max(0, rest + len(others) - PANELS) :]
     heights = [] if view is None else [view.height + LABELS]
-    heights += [GAPS] + [OTHER] * len(others) + [APPROACH] * (point is not None)
+    heights += [GAPS] * opens + [OTHER] * len(others)
+    heights += [APPROACH] * (point is not None)
     figure = Picture(figsize=(WIDTH, sum(heights)), dpi=110, layout="constrained")
     grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
     rows = iter(range(len(heights)))
     if view is not None:
         draw_body(figure.add_subplot(grid[next(rows)]), view)
-    gaps = figure.add_subplot(grid[next(rows)])
-    draw_gaps(gaps, run, APART)
-    timed = [gaps]
-    for draw in others:
-        timed.append(figure.add_subplot(grid[next(rows)], sharex=gaps))
+    timed: list[Axes] = []
+    gaps = [lambda axes: draw_gaps(axes, run, APART)] if opens else []
+    for draw in (*gaps, *others):
+        first = timed[0] if timed else None
+        timed.append(figure.add_subplot(grid[next(rows)], sharex=first))
         draw(timed[-1])
     for axes in timed:
         for time in kick_times(run):
             axes.axvline(time, color=KICK, lw=1.5, zorder=0.5)
         axes.tick_params(labelbottom=axes is timed[-1])
-    timed[-1].set_xlabel("time / s")
+    for axes in timed[-1:]:
+        axes.set_xlabel("time / s")
     if point is not None:
         draw_approach(figure.add_subplot(grid[next(rows)]), run, point)
     figure.axes[0].set_title(_headline(run), loc="left", fontsize=11)
@@ -256,6 +259,18 @@ def curves(run: Run) -> tuple[_Floats, _Floats]:
     times = np.unique(np.concatenate(pieces))
     times = times[(times >= events[0]) & (times <= events[-1])]
     return sharpened(times, lambda t: run.gaps_at(t))
+
+
+def stays_closed(run: Run) -> bool:
+    """Whether all contacts of the posture of a run that lasts stay closed: their gaps are nothing to draw.
+
+    >>> from standfast import simulate
+    >>> ball = Posture.disc(0.1, friction=0.3)
+    >>> [stays_closed(simulate(ball, (0, height, 0), (1, 0, 0), time_limit=1)) for height in (0, 0.1)]
+    [True, False]
+    """
+    modes = [phase.mode[: len(run.gaps)] for phase in run.phases]
+    return run.elapsed > 0.0 and not any("S" in mode for mode in modes)
 
 
 def sharpened(
@@ -738,8 +753,11 @@ class View:
     (2,), m: the box; height: of the panel, in inches; scale: metres in an inch.
     """
 
-    def __init__(self, run: Run, times: Iterable[float] | None = None) -> None:
-        """The instants of the picture, or these in increasing order."""
+    def __init__(
+        self, run: Run, times: Iterable[float] | None = None, width: float = WIDTH
+    ) -> None:
+        """The instants of the picture, or these in increasing order. width: of the figure, in inches."""
+        panel = width - BESIDE
         self.run = run
         self.posture: Posture = _posture(run)
         self.poses: list[Pose] = [
@@ -764,11 +782,11 @@ class View:
         low, high = corners.min(axis=0), corners.max(axis=0)
         margin = MARGIN * float((high - low).max())
         wide, tall = high - low + 2.0 * margin
-        self.height: float = float(np.clip(PANEL * tall / wide, LOW, HIGH))
+        self.height: float = float(np.clip(panel * tall / wide, LOW, HIGH))
         # Where the panel is wider or higher than its contents, the ground fills it.
-        self.scale: float = max(wide / PANEL, tall / self.height)
+        self.scale: float = max(wide / panel, tall / self.height)
         low, high = low - margin, high + margin
-        room = self.scale * np.array([PANEL, self.height]) - (high - low)
+        room = self.scale * np.array([panel, self.height]) - (high - low)
         self.low: _Floats = low - BELOW * room
         self.high: _Floats = high + (1.0 - BELOW) * room
 

@@ -211,12 +211,66 @@ def test_forces_are_in_their_cones_and_modes_at_their_contacts():
         assert letter.get_text() == "L"
         tail, head = np.array(arrow._posA_posB)
         size = math.hypot(*(head - tail)) / shown.reach
-        assert size == pytest.approx(math.hypot(*force) / shown.largest)
+        assert size == pytest.approx(math.hypot(*force) / 9.81)  # of the weight
+        assert cone.r == shown.reach
         turn = math.degrees(math.atan2(*(head - tail)[::-1]))
         # It slides down: the force is on an edge of the cone.
         assert turn == pytest.approx(cone.theta1, abs=1e-6)
         half = math.degrees(math.atan(0.3))
         assert cone.theta2 - cone.theta1 == pytest.approx(2 * half)
+
+
+def test_the_weight_is_well_visible_and_longer_forces_are_cut_off():
+    """A kick that presses on the ground for a short time would make all other arrows too short to be seen."""
+    push = sf.Force(0.1, 0.12, (0, -1000))
+    run = sf.simulate(BOX, *REST, forces=[push], stop="time", time_limit=0.3)
+    shown = Film(run, 100, 1.0, "real")
+    side = min(shown.view.high - shown.view.low)
+    assert shown.reach >= 0.16 * side
+    assert shown.largest > 400.0
+    lengths = {0.045: 0.5, 0.105: 3.0}  # in lengths of the weight; both feet carry half
+    for time, expected in lengths.items():
+        k = int(np.searchsorted(shown.t, time))
+        shown.update(k)
+        tail, head = np.array(shown.arrows[0]._posA_posB)
+        assert math.hypot(*(head - tail)) == pytest.approx(expected * shown.reach)
+    assert any("cut off at 29.4 N" in label for label in shown.entries)
+
+
+def test_the_magnified_rod_moves_as_its_gaps_do():
+    run = example("clattering_rod")
+    shown = Film(run, 12, 1.0, "zeno")
+    seen = []
+    for k in range(10, 50):
+        shown.update(k)
+        assert shown.ghost[0].get_visible()
+        outline, feet = (line.get_xydata() for line in shown.ghost)
+        assert outline[:, 1].min() >= -1e-12
+        _, factor = shown._magnified(k, shown.view.poses[k].center)
+        assert "times as large" in shown.caption.get_text()
+        gaps = shown.gaps[k]
+        np.testing.assert_allclose(feet[:, 1], factor * gaps, rtol=1e-6, atol=1e-12)
+        seen.append(feet[:, 1] / shown.size)
+    # Each end comes up so far that it can be seen, and down to the ground.
+    assert (np.max(seen, axis=0) > 0.4 * film.LIFTED).all()
+    assert np.max(seen) <= film.LIFTED * (1 + 1e-9)
+    assert (np.min(seen, axis=0) < 0.02).all()
+    real = Film(run, 12, 0.01, "real")
+    assert not real.ghost[0].get_visible()
+
+
+def test_a_panel_with_nothing_to_show_is_left_out(tmp_path):
+    disc = sf.Posture.disc(0.1, friction=0.3)
+    rolls = {"stop": "time", "time_limit": 1.2}
+    for height, panels in ((0.0, 1), (0.1, 2)):
+        run = sf.simulate(disc, (0, height, 0), (1.0, 0, 40), **rolls)
+        shown = Film(run, 3, 1.0, "real")
+        assert len(shown.figure.axes) == panels
+        assert (shown.curves is None) == (panels == 1)
+        run.animate(tmp_path / "film.gif", fps=3)
+        labels = [axes.get_ylabel() for axes in run.plot().axes]
+        assert ("gap / m" in labels) == (panels == 2)
+        assert labels[-1] == "force / N"
 
 
 def test_a_force_in_flight_is_not_drawn():

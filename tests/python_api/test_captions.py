@@ -194,7 +194,8 @@ def test_a_run_is_called_what_it_is(name):
     assert (f"\n  {title}\n" if title else "\n  no Zeno point\n") in printed
     # Without infinitely many impacts no text mentions them or a Zeno point.
     infinite = any(is_infinite(p) for p in run.zeno_points)
-    texts = gaps_panel(figure).get_legend().get_texts()
+    legends = [axes.get_legend() for axes in figure.axes if axes.get_legend()]
+    texts = [text for legend in legends for text in legend.get_texts()]
     labels = " ".join(text.get_text() for text in texts)
     for text in (labels, repr(run), printed.replace("no Zeno point", "")):
         assert ("Zeno point" in text) == infinite, text

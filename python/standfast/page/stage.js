@@ -15,8 +15,11 @@ export const INK = {
 };
 
 const FONT = "13px system-ui, sans-serif";
-// Length of the longest force arrow, in sizes of the body; radius of a marker and length of an arrow head, in px.
-const ARROW = 0.9, MARK = 4, HEAD = 9;
+// Length of the arrow of a force as large as the weight, and of the sides of the friction cones, in sizes of the body. A force larger than so
+// many weights has an arrow of that length.
+const ARROW = 0.9, LONGEST = 3;
+// Radius of a marker and length of an arrow head, in px.
+const MARK = 4, HEAD = 9;
 // Width of the rim in which the body can be taken hold of, px.
 const GRIP = 22;
 // Free share of the picture around the body.
@@ -103,16 +106,17 @@ function clipped(piece, low, high) {
   return first < last ? [first, last] : null;
 }
 
-// The arrows of contact forces: foot, tip, and the vector of a force (tangential, normal) there. The longest is ARROW sizes of the body. null for
-// a contact without a force.
+// The arrows of contact forces: foot, tip, and the vector of a force (tangential, normal) there. Without weight, the largest force sets the
+// scale. null for a contact without a force.
 export function forceArrows(drawing, q, frozen, forces, largest) {
-  const unit = ARROW * drawing.size / (largest || drawing.weight || 1);
+  const weight = drawing.weight || largest || 1;
   return frictions(drawing).map((_, k) => {
     const force = forces?.[k];
     if (!force || force[0] === null || force[1] === null || !(Math.hypot(...force) > 1e-9 * (largest || 1))) return null;
     const at = foot(k, drawing, q, frozen);
     const [tx, ty] = axis(k, drawing, q, frozen);
     const vector = ([ft, fn]) => [ft * tx - fn * ty, ft * ty + fn * tx];
+    const unit = ARROW * drawing.size / Math.max(weight, Math.hypot(...force) / LONGEST);
     return { foot: at, vector, tip: vector(force).map((f, i) => at[i] + f * unit) };
   });
 }
@@ -274,9 +278,9 @@ export class Stage {
       const { foot, vector, tip } = arrow;
       const mu = frictions(drawing)[k];
       if (mu > 0 && letters?.[k] !== "S") {
-        const reach = 0.5 * ARROW * drawing.size / Math.hypot(1, mu);
+        const reach = ARROW * drawing.size / Math.hypot(1, mu);
         const edge = (side) => vector([side * mu * reach, reach]).map((v, i) => v + foot[i]);
-        parts.push(`<path d="${path([edge(-1), foot, edge(1)].map((p) => this.toScreen(p)), true)}" fill="${ink.cone}" fill-opacity="0.14" pointer-events="none"/>`);
+        parts.push(`<path d="${path([edge(-1), foot, edge(1)].map((p) => this.toScreen(p)), true)}" fill="${ink.cone}" fill-opacity="0.25" stroke="${ink.cone}" stroke-opacity="0.8" pointer-events="none"/>`);
       }
       parts.push(this.arrow(foot, tip, ink.force));
     });
