@@ -1,6 +1,6 @@
-"""Draws the pictures and films of the gallery and of the tutorials in docs/ with the code before them: `python site/gallery.py`.
+"""Draws the pictures and films of the gallery, the recipes and the tutorials in docs/ with the code before them: `python site/gallery.py`.
 
-A picture gallery_*.png or tutorial_*.png is what `figure` then is. A block in `py` makes a film. With names of pages, such as
+A picture gallery_*.png, recipe_*.png or tutorial_*.png is what `figure` then is. A block in `py` makes a film. With names of pages, such as
 `gallery.md`, only these are drawn.
 """
 
@@ -13,7 +13,7 @@ from pathlib import Path
 DOCS = Path(__file__).parents[1] / "docs"
 #: Blocks of examples, blocks that make films, and pictures below headings (those before the first are the index).
 PARTS = re.compile(
-    r"^```python\n(.*?)^```|^```py\n(.*?)^```|^!\[[^\]\n]*\]\(((?:gallery|tutorial)_\w+\.png)\)",
+    r"^```python\n(.*?)^```|^```py\n(.*?)^```|^!\[[^\]\n]*\]\(((?:gallery|recipe|tutorial)_\w+\.png)\)",
     re.DOTALL | re.MULTILINE,
 )
 
@@ -35,5 +35,9 @@ def draw(page: Path) -> None:
 if __name__ == "__main__":
     pages = [DOCS / name for name in sys.argv[1:]]
     os.chdir(DOCS)
-    for page in pages or [DOCS / "gallery.md", *sorted(DOCS.glob("tutorial_*.md"))]:
+    for page in pages or [
+        DOCS / "gallery.md",
+        *sorted(DOCS.glob("recipe_*.md")),
+        *sorted(DOCS.glob("tutorial_*.md")),
+    ]:
         draw(page)

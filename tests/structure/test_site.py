@@ -13,7 +13,7 @@ DOCS = ROOT / "docs"
 def pages(nav):
     """The files of a table of contents."""
     for entry in nav:
-        for value in entry.values():
+        for value in [entry] if isinstance(entry, str) else entry.values():
             yield from pages(value) if isinstance(value, list) else [value]
 
 
