@@ -1,9 +1,10 @@
 """Speed against accuracy: runs every installed tool on the scenes, and draws the time of each run against its error.
 
-`python chart.py` writes into docs/: work_precision.png and .svg, work_precision.csv (every point) and work_precision.md (the
-table, and every point that standfast does not dominate). Points of tools that ran before are kept in target/work_precision;
-`--again TOOL …` runs those anew, `--draw` runs nothing. `--quick` is a small version within a minute, once all programs are built: every
-run only for milliseconds; it reads and writes target/work_precision_quick and leaves docs/ alone."""
+`python chart.py` writes into docs/: work_precision.csv (every point), work_precision.md (the page: some panels, the table, and every point
+that standfast does not dominate), work_precision.png and .svg (all panels), and a picture for each of the panels on the page. Points of tools that
+ran before are kept in target/work_precision; `--again TOOL …` runs those anew. `--draw` runs nothing: it makes the page and the pictures
+from docs/work_precision.csv. `--quick` is a small version within a minute, once all programs are built: every run only for milliseconds; it
+reads and writes target/work_precision_quick and leaves docs/ alone."""
 
 import argparse
 import csv
@@ -15,6 +16,7 @@ from pathlib import Path
 
 import matplotlib
 import matplotlib.pyplot as plt
+from matplotlib.ticker import EngFormatter, FixedLocator
 
 HERE = Path(__file__).parent
 ROOT = HERE.parent.parent
@@ -95,8 +97,12 @@ OURS = ("standfast", "standfast, in Rust", "Moreau–Jean, ours")
 #: Error at which standfast is set beside fixed steps.
 COARSE = 1e-3
 TASKS = {"before": "state before the impacts accumulate", "rest": "time of rest"}
-
-
+#: The panels that the page shows, each as a picture of its own.
+SHOWN = (("rod", "rest"), ("thrown", "before"), ("ball", "rest"))
+#: Times of a run on the axis: s.
+SHORTEST, LONGEST = 3e-7, 30
+#: The columns of the file of points. `default`: at the default step of an engine; `truth`: the exact answer that it is compared with.
+FIELDS = ("scene", "task", "family", "tool", "setting", "default", "truth", "seconds", "error", "place_error")  # fmt: skip
 #: Of a point that is not beaten: its error is at most this many times ours.
 NEAR = 10
 
@@ -176,7 +182,50 @@ def panels(scenes):
     return sorted(tasks, key=lambda panel: list(TASKS).index(panel[1]))
 
 
+def write(found, path):
+    with path.open("w", newline="") as file:
+        writer = csv.DictWriter(file, FIELDS, extrasaction="ignore")
+        writer.writeheader()
+        writer.writerows(p | {"default": int(bool(p.get("default")))} for p in found)
+
+
+def read(path):
+    """The points that `write` has written."""
+    with path.open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    for row in rows:
+        row["seconds"] = float(row["seconds"])
+        row["default"] = row["default"] == "1"
+        row["error"] = float(row["error"]) if row["error"] else None
+    return rows
+
+
+def of_panel(found, name, task):
+    return [p for p in found if (p["scene"], p["task"]) == (name, task)]
+
+
+def legend(axis, axes, **where):
+    """The tools of these axes, and the ring."""
+    handles = {}
+    for drawn in axes:
+        handles |= dict(zip(*reversed(drawn.get_legend_handles_labels()), strict=True))
+    ordered = [tool for tool in TOOLS if tool in handles]
+    ring = plt.Line2D(
+        [], [], marker="o", linestyle="", markersize=10, **RING, label="ring"
+    )
+    axis.legend(
+        [*(handles[tool] for tool in ordered), ring],
+        [*(f"{tool}: {TOOLS[tool][2]}" for tool in ordered), "step by default"],
+        frameon=False,
+        title="tool: its law of impact",
+        alignment="left",
+        handletextpad=0.2,
+        **where,
+    )
+
+
 def draw(scenes, found, folder):
+    """All panels."""
     shown, columns = panels(scenes), 5
     rows = -(-(len(shown) + 1) // columns)
     figure, axes = plt.subplots(
@@ -187,37 +236,24 @@ def draw(scenes, found, folder):
         sharey=True,
         layout="constrained",
     )
-    handles = {}
     for axis, (name, task) in zip(axes.flat, shown, strict=False):
-        here = [p for p in found if (p["scene"], p["task"]) == (name, task)]
-        panel(axis, here)
+        panel(axis, of_panel(found, name, task), every=3)
         what = "time of rest" if task == "rest" else "state at a time"
         axis.set_title(f"{scenes[name]['title']}\n{what}", fontsize=10.5)
-        handles.update(
-            dict(zip(*reversed(axis.get_legend_handles_labels()), strict=True))
-        )
     for axis in axes[:, 0]:
         axis.set_ylabel("relative error")
     for k, axis in enumerate(axes.flat):
         if len(shown) - columns <= k < len(shown):
-            axis.set_xlabel("time of a run, s")
+            axis.set_xlabel("time of a run")
             axis.tick_params(labelbottom=True)
     for axis in axes.flat[len(shown) :]:
         axis.axis("off")
-    ordered = [tool for tool in TOOLS if tool in handles]
-    ring = plt.Line2D(
-        [], [], marker="o", linestyle="", markersize=10, **RING, label="ring"
-    )
-    axes.flat[len(shown)].legend(
-        [*(handles[tool] for tool in ordered), ring],
-        [*(f"{tool}: {TOOLS[tool][2]}" for tool in ordered), "step by default"],
+    legend(
+        axes.flat[len(shown)],
+        axes.flat,
         loc="center left",
         fontsize=9.5,
-        frameon=False,
-        title="tool: its law of impact",
-        alignment="left",
         borderaxespad=0,
-        handletextpad=0.2,
     )
     figure.suptitle(
         "Lower left is better: standfast is exact to the rounding of a double, mostly in microseconds",
@@ -225,6 +261,25 @@ def draw(scenes, found, folder):
     )
     for suffix in ("png", "svg"):
         figure.savefig(folder / f"work_precision.{suffix}", dpi=110)
+    plt.close(figure)
+
+
+def picture(name):
+    return f"work_precision_{name}.png"
+
+
+def draw_one(scenes, found, name, task, folder):
+    """A panel as a picture that can be read on a phone."""
+    figure = plt.figure(figsize=(4.6, 6.2), layout="constrained")
+    axis, below = figure.subplots(2, height_ratios=(4, 2.4))
+    panel(axis, of_panel(found, name, task), every=1)
+    axis.set(xlabel="time of a run", ylabel="relative error")
+    axis.tick_params(axis="x", labelsize=8)
+    axis.set_title(f"{scenes[name]['title']}\n{TASKS[task]}", fontsize=10.5)
+    below.axis("off")
+    legend(below, [axis], loc="upper left", fontsize=9, borderaxespad=0)
+    figure.savefig(folder / picture(name), dpi=150)
+    plt.close(figure)
 
 
 #: The mark of the default step of an engine.
@@ -239,14 +294,25 @@ def drawn(error):
     return min(max(error, FLOOR), 10)
 
 
-def panel(axis, here):
-    axis.set(xscale="log", yscale="log", ylim=(FLOOR / 3, 60), xlim=(3e-7, 30))
+def panel(axis, here, every):
+    """The points of a scene and a task. every: how many decades are between the times at the axis."""
+    axis.set(
+        xscale="log", yscale="log", ylim=(FLOOR / 3, 5e3), xlim=(SHORTEST, LONGEST)
+    )
+    axis.xaxis.set_major_locator(
+        FixedLocator([10.0**k for k in range(-6, 2) if k % every == 0])
+    )
+    axis.xaxis.set_minor_locator(FixedLocator([10.0**k for k in range(-6, 2)]))
+    axis.xaxis.set_major_formatter(EngFormatter("s"))
+    axis.xaxis.set_minor_formatter("")
     axis.axhline(ROUNDING, color="#B0B0B0", linewidth=0.8, linestyle=":")
     axis.grid(True, color="#ECECEC", linewidth=0.6)
     for tool, (colour, marker, _, _) in TOOLS.items():
         mine = sorted(
             (p for p in here if p["family"] == tool), key=lambda p: p["seconds"]
         )
+        if not mine:
+            continue
         reached = [p for p in mine if p["error"] is not None]
         size = {"standfast": 150, "standfast, in Rust": 60}.get(tool, 26)
         axis.scatter(
@@ -282,7 +348,7 @@ def panel(axis, here):
         axis.annotate(
             "never at rest",
             (1, NEVER),
-            (-3, 0),
+            (-3, 11),
             xycoords=("axes fraction", "data"),
             textcoords="offset points",
             ha="right",
@@ -317,15 +383,15 @@ def against_steps(scenes, found):
     """A line for each scene and task."""
     for name, scene in scenes.items():
         for task, what in TASKS.items():
-            here = [p for p in found if (p["scene"], p["task"]) == (name, task)]
+            points = of_panel(found, name, task)
             steps = [
                 p
-                for p in here
+                for p in points
                 if p["family"] == "Moreau–Jean, ours" and p["error"] is not None
             ]
             ours = [
                 p
-                for p in here
+                for p in points
                 if p["family"] == "standfast, in Rust" and p["setting"] == "full"
             ]
             if not (steps and ours):
@@ -357,13 +423,21 @@ def table(scenes, found, folder):
     lines = [
         "# Speed against accuracy",
         "",
-        "`make chart` writes this page: the time of a run as a user calls it, with its state read, and the error of the result.",
-        "`benches/work_precision/scenes.py` has the scenes and their exact answers. A script in `peers` beside it sets them up for each",
-        "tool. Set-up of bodies and worlds is excluded from the timing of every tool. A run with a fixed step to rest is timed up to the",
-        'time of rest that an earlier run found. "10000 at once" means 10 000 equal runs in one call of `simulate_many` on all cores; the',
+        "The time of a run as a user calls it, with its state read, against the error of the result: standfast and other engines, each with several",
+        "settings. Lower left is better. A ring marks the step of an engine unless told otherwise: 1/60 s for Box2D, pymunk and rapier (one frame),",
+        "2 ms for MuJoCo.",
+        "",
+    ]
+    for name, task in SHOWN:
+        title = f"{scenes[name]['title']}: {TASKS[task]}"
+        lines += [f'![{title}]({picture(name)}){{ width="560" }}', ""]
+    lines += [
+        f"[All {len(panels(scenes))} panels](work_precision.png), also [as SVG](work_precision.svg), and [every point](work_precision.csv).",
+        "",
+        "`make chart` measures, and writes this page. `benches/work_precision/scenes.py` has the scenes and their exact answers. A script in `peers`",
+        "beside it sets them up for each tool. Set-up of bodies and worlds is excluded from the timing of every tool. A run with a fixed step to rest is",
+        'timed up to the time of rest that an earlier run found. "10000 at once" means 10 000 equal runs in one call of `simulate_many` on all cores; the',
         "time is divided by their number.",
-        "The table has the fastest setting and the most accurate setting of each tool. On the picture a ring marks the step of an engine",
-        "unless told otherwise: 1/60 s for Box2D, pymunk and rapier (one frame), 2 ms for MuJoCo.",
         "",
         "| tool | law of impact |",
         "| --- | --- |",
@@ -374,15 +448,18 @@ def table(scenes, found, folder):
         "these are Newton's law. Each tool is compared with the exact answer by its own law; MuJoCo, whose law has no exact answer, with that by",
         "Moreau's. The law of the thrown box is Poisson's; standfast runs it with Moreau's law, too, and is compared with the tools of that law.",
         "",
+        "<details markdown>",
+        "<summary>The fastest and the most accurate setting of each tool, as a table</summary>",
+        "",
         "| scene | task | tool | setting | time, s | relative error |",
         "| --- | --- | --- | --- | --- | --- |",
     ]
     left, bare = [], []
     for name, scene in scenes.items():
         for task in TASKS:
-            here = [p for p in found if (p["scene"], p["task"]) == (name, task)]
+            points = of_panel(found, name, task)
             for tool in TOOLS:
-                mine = [p for p in here if p["family"] == tool]
+                mine = [p for p in points if p["family"] == tool]
                 if not mine:
                     continue
 
@@ -398,11 +475,13 @@ def table(scenes, found, folder):
                     cells += [f"{p['seconds']:.1e}", number(p["error"])]
                     lines.append("| " + " | ".join(cells) + " |")
             others = [tool for tool in TOOLS if tool not in OURS]
-            left += list(dominated(here, "standfast", others))
+            left += list(dominated(points, "standfast", others))
             bare += list(
-                dominated(here, "standfast, in Rust", ["Moreau–Jean, ours", "rapier"])
+                dominated(points, "standfast, in Rust", ["Moreau–Jean, ours", "rapier"])
             )
     lines += [
+        "",
+        "</details>",
         "",
         "## Against fixed steps",
         "",
@@ -446,20 +525,18 @@ def main():
     folder = TARGET / ("work_precision_quick" if asked.quick else "work_precision")
     pages = folder if asked.quick else ROOT / "docs"
     folder.mkdir(parents=True, exist_ok=True)
-    for tool, (_, _, _, command) in TOOLS.items():
-        wanted = any(tool.lower().startswith(name.lower()) for name in asked.again)
-        if not asked.draw and (
-            wanted or asked.quick or not kept(folder, tool).exists()
-        ):
-            measure(folder, tool, command, asked.quick)
     scenes = json.loads(SCENES.read_text())["scenes"]
-    found = points(scenes, folder)
-    with (pages / "work_precision.csv").open("w", newline="") as file:
-        fields = ["scene", "task", "tool", "setting", "seconds", "error", "place_error"]
-        writer = csv.DictWriter(file, fields, extrasaction="ignore")
-        writer.writeheader()
-        writer.writerows(found)
+    points_file = pages / "work_precision.csv"
+    if not asked.draw:
+        for tool, (_, _, _, command) in TOOLS.items():
+            wanted = any(tool.lower().startswith(name.lower()) for name in asked.again)
+            if wanted or asked.quick or not kept(folder, tool).exists():
+                measure(folder, tool, command, asked.quick)
+        write(points(scenes, folder), points_file)
+    found = read(points_file)
     draw(scenes, found, pages)
+    for name, task in SHOWN:
+        draw_one(scenes, found, name, task, pages)
     left, bare = table(scenes, found, pages)
     unbeaten = sum(p["unbeaten"] for p in left)
     print(

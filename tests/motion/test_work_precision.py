@@ -1,4 +1,4 @@
-"""The scenes of the work-precision chart: the results of standfast are exact up to rounding."""
+"""The scenes of the work-precision chart: the results of standfast are exact up to rounding. Its page is made from its points."""
 
 import json
 import sys
@@ -9,8 +9,10 @@ import pytest
 import standfast as sf
 
 FOLDER = Path(__file__).parents[2] / "benches" / "work_precision"
-sys.path.insert(0, str(FOLDER / "peers"))
+DOCS = Path(__file__).parents[2] / "docs"
+sys.path[:0] = [str(FOLDER), str(FOLDER / "peers")]
 
+import chart  # noqa: E402
 import standfast_run  # noqa: E402
 
 SCENES = json.loads((FOLDER / "scenes.json").read_text())["scenes"]
@@ -51,3 +53,17 @@ def test_the_laws_of_a_thrown_box_differ():
     )
     assert found == pytest.approx(by_moreau, rel=1e3 * ROUNDINGS)
     assert np.abs(by_moreau - by_poisson).max() > 0.01
+
+
+def test_the_page_is_that_of_its_points(tmp_path):
+    """`chart.py --draw` makes the page from the file of points, and the file can be written again from what is read."""
+    points = DOCS / "work_precision.csv"
+    found = chart.read(points)
+    assert {p["family"] for p in found} == set(chart.TOOLS)
+    chart.table(SCENES, found, tmp_path)
+    page = (DOCS / "work_precision.md").read_text(encoding="utf-8")
+    assert (tmp_path / "work_precision.md").read_text(encoding="utf-8") == page
+    chart.write(found, tmp_path / "points.csv")
+    assert chart.read(tmp_path / "points.csv") == found
+    for name, _ in chart.SHOWN:
+        assert (DOCS / chart.picture(name)).is_file()
