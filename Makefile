@@ -6,6 +6,15 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
 PROFILE := --profile dist
 
+define INSTALL_WHEEL
+$(PIP) install --no-compile "$$(echo $(WHEELS)/standfast-*.whl)$(if $(EXTRA),[$(EXTRA)])"
+$(PIP) install --no-compile --no-deps --force-reinstall $(WHEELS)/standfast-*.whl
+endef
+
+# `wheel` if there is none, or if a source is newer than it; otherwise the environment alone.
+BUILT := $(firstword $(wildcard $(WHEELS)/standfast-*.whl))
+FRESH_WHEEL := $(if $(BUILT),$(if $(shell find crates python Cargo.toml Cargo.lock pyproject.toml -type f -not -name '*.pyc' -newer $(BUILT) | head -n 1),wheel,$(BIN)/maturin),wheel)
+
 .PHONY: demo check test rust python long bits bench caps explorer site links gallery maps robot sweeps chart frames growth atlas accuracy safe feet calls footprint fuzz mutate crate audit dist pythons version wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
@@ -139,16 +148,20 @@ bench:
 # The explorer as a page of one file that needs no server: target/explorer/index.html, with the core as WebAssembly in it. Then
 # tests/python_api/test_wasm.py compares its answers with those of the wheel.
 explorer: EXTRA :=
-explorer: wheel
+explorer: PROFILE := --profile quick
+explorer: $(FRESH_WHEEL)
 	crates/wasm/build.sh
 	$(BIN)/python -m standfast.page target/explorer/standfast.wasm target/explorer/index.html
 
-# The documentation as a site of pages that need no network: target/site/index.html, from docs/ and the docstrings. With the explorer in
-# it, if `make explorer` has built that.
+# The documentation as a site of pages that need no network: target/site/index.html, from docs/ and the docstrings. It takes the wheel that
+# is there, if no source is newer. The explorer is in it where Rust's library for WebAssembly is found or can be fetched.
 site: EXTRA := site
-site: wheel
+site: PROFILE := --profile quick
+site: $(FRESH_WHEEL)
+	$(INSTALL_WHEEL)
 	$(BIN)/zensical build --clean --strict
-	cp $(firstword $(wildcard target/explorer/index.html) site/no_explorer.html) target/site/explorer.html
+	if crates/wasm/build.sh; then $(BIN)/python -m standfast.page target/explorer/standfast.wasm target/site/explorer.html; \
+		else cp site/no_explorer.html target/site/explorer.html; fi
 
 # Follows every link of the site that `make site` has built.
 PORT := 8199
@@ -156,10 +169,13 @@ links:
 	@$(BIN)/python -m http.server --directory target/site --bind 127.0.0.1 $(PORT) > /dev/null 2>&1 & server=$$!; sleep 1; \
 		$(BIN)/linkchecker --no-status http://127.0.0.1:$(PORT)/; code=$$?; kill $$server; exit $$code
 
-# The pictures and films of the gallery and of the tutorials, by the code beside them: a minute.
+# The pictures and films of the gallery, the recipes and the tutorials, by the code beside them, and the film at the top of the site: two
+# minutes.
 gallery: EXTRA := plot,map
 gallery: wheel
+	$(PIP) install --no-compile "pymunk==7.3.1"
 	$(BIN)/python site/gallery.py > /dev/null
+	$(BIN)/python site/beside_an_engine.py
 
 # Instruction counts against their caps. Needs valgrind and gungraun-runner 0.20.0 (cargo install gungraun-runner --version 0.20.0).
 caps:
@@ -287,8 +303,7 @@ version:
 wheel: $(BIN)/maturin
 	rm -f $(WHEELS)/standfast-*.whl
 	$(BIN)/maturin build $(PROFILE) --out $(WHEELS)
-	$(PIP) install --no-compile "$$(echo $(WHEELS)/standfast-*.whl)$(if $(EXTRA),[$(EXTRA)])"
-	$(PIP) install --no-compile --no-deps --force-reinstall $(WHEELS)/standfast-*.whl
+	$(INSTALL_WHEEL)
 
 $(BIN)/maturin:
 	@$(PYTHON) -c 'import sys; sys.version_info >= (3, 11) or sys.exit("standfast needs Python 3.11 or newer; say make PYTHON=/path/to/python3")'

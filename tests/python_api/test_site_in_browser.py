@@ -23,7 +23,7 @@ pytestmark = [
 EXPLORER = SITE / "explorer.html"
 needs_explorer = pytest.mark.skipif(
     not EXPLORER.exists() or "sf-root" not in EXPLORER.read_text(encoding="utf-8"),
-    reason="needs make explorer, and then make site",
+    reason="needs make site with the explorer",
 )
 
 
