@@ -15,7 +15,7 @@ endef
 BUILT := $(firstword $(wildcard $(WHEELS)/standfast-*.whl))
 FRESH_WHEEL := $(if $(BUILT),$(if $(shell find crates python Cargo.toml Cargo.lock pyproject.toml -type f -not -name '*.pyc' -newer $(BUILT) | head -n 1),wheel,$(BIN)/maturin),wheel)
 
-.PHONY: demo check test rust python long bits bench caps explorer site links gallery maps robot sweeps chart frames growth atlas accuracy safe feet calls footprint fuzz mutate crate audit dist pythons version wheel clean
+.PHONY: demo check test rust python long bits bench caps explorer site links gallery paper maps robot sweeps chart frames growth atlas accuracy safe feet calls footprint fuzz mutate crate audit dist pythons version wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -36,8 +36,8 @@ check: wheel
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --profile quick --quiet -- -D warnings
 	$(RUST_TESTS) --lib --quiet
-	$(BIN)/ruff format --check --quiet python tests examples benches site
-	$(BIN)/ruff check --quiet python tests examples benches site
+	$(BIN)/ruff format --check --quiet python tests examples benches site paper
+	$(BIN)/ruff check --quiet python tests examples benches site paper
 	$(BIN)/python -m pytest -q -n 2 $(QUICK)
 
 # With the binding, so that the tests, the wheel and the documentation are built from the same dependencies.
@@ -61,8 +61,8 @@ rust:
 
 # On the wheel that is installed.
 python:
-	$(BIN)/ruff format --check python tests examples benches site
-	$(BIN)/ruff check python tests examples benches site
+	$(BIN)/ruff format --check python tests examples benches site paper
+	$(BIN)/ruff check python tests examples benches site paper
 	$(BIN)/python -m mypy
 	$(BIN)/python -m mypy.stubtest --mypy-config-file pyproject.toml standfast
 	$(BIN)/python -m pytest -n 2 --dist worksteal
@@ -176,6 +176,15 @@ gallery: wheel
 	$(PIP) install --no-compile "pymunk==7.3.1"
 	$(BIN)/python site/gallery.py > /dev/null
 	$(BIN)/python site/beside_an_engine.py
+
+# The paper in paper/: its numbers computed anew and compared with its text, and target/paper.html where pandoc is installed.
+paper: EXTRA := map
+paper: PROFILE := --profile quick
+paper: $(FRESH_WHEEL)
+	$(INSTALL_WHEEL)
+	$(PIP) install --no-compile "matplotlib>=3.8" "pymunk==7.3.1"
+	$(BIN)/python paper/check_numbers.py
+	command -v pandoc > /dev/null && pandoc --standalone --citeproc --resource-path=paper paper/paper.md -o target/paper.html || true
 
 # Instruction counts against their caps. Needs valgrind and gungraun-runner 0.20.0 (cargo install gungraun-runner --version 0.20.0).
 caps:

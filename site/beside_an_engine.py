@@ -20,6 +20,8 @@ DOCS = Path(__file__).parents[1] / "docs"
 WIDTH, HEIGHT = 0.3, 0.5
 START, VELOCITY = (0, 0.6, 0.4), (1.5, 0.5, -3)
 FRAME = 1 / 60
+#: The centre of mass of the box that stands, m, and its angle.
+STANDING = np.array([0, HEIGHT / 2, 0])
 #: Frames of the film per second, seconds of motion per second of film, and where it ends, s.
 FPS, SPEED, END = 20, 0.4, 2.3
 BLUE, ORANGE = "#0072B2", "#D55E00"
@@ -53,21 +55,24 @@ def corners(state: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return np.add((x, y), turned)
 
 
+def off(run: sf.Run, step: float) -> tuple[float, float]:
+    """Largest distance (m) and angle (rad) of the engine from the run, at the ends of its steps."""
+    states = engine(step)
+    away = states - run.at(step * np.arange(len(states)))[0] - STANDING
+    return float(np.hypot(away[:, 0], away[:, 1]).max()), float(abs(away[:, 2]).max())
+
+
 def main() -> None:
     box = sf.Posture.box(WIDTH, HEIGHT, friction=0.5, restitution=0.3)
     run = sf.simulate(box, START, VELOCITY)
-    standing = np.array([0, HEIGHT / 2, 0])
     for step in (FRAME, 1e-3, 1e-4):
-        states = engine(step)
-        times = step * np.arange(len(states))
-        off = states - (run.at(times)[0] + standing)
+        distance, angle = off(run, step)
         print(
-            f"step {step:.2g} s: at most {100 * np.hypot(off[:, 0], off[:, 1]).max():.2g} cm"
-            f" and {np.degrees(abs(off[:, 2]).max()):.2g} degrees off"
+            f"step {step:.2g} s: at most {100 * distance:.2g} cm and {math.degrees(angle):.2g} degrees off"
         )
     stepped = engine(FRAME)
     times = FRAME * np.arange(len(stepped))
-    errors = 100 * np.hypot(*(stepped - run.at(times)[0] - standing).T[:2])  # cm
+    errors = 100 * np.hypot(*(stepped - run.at(times)[0] - STANDING).T[:2])  # cm
 
     figure = Figure(figsize=(5.6, 4.4), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
@@ -112,7 +117,7 @@ def main() -> None:
     with writer.saving(figure, str(DOCS / "beside_an_engine.gif"), dpi=100):
         for t in np.arange(0, END, SPEED / FPS):
             k = min(int(t / FRAME + 1e-9), len(stepped) - 1)
-            exact = run.at(min(t, run.time))[0] + standing
+            exact = run.at(t)[0] + STANDING
             shapes[0].set_xy(corners(exact))
             shapes[1].set_xy(corners(stepped[k]))
             ghost.set_data(*corners(exact).T)
