@@ -4,6 +4,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip --disable-pip-version-check --quiet
 WHEELS := target/wheels
+NBCONVERT := $(BIN)/python -m nbconvert --log-level=ERROR
 PROFILE := --profile dist
 
 define INSTALL_WHEEL
@@ -15,7 +16,7 @@ endef
 BUILT := $(firstword $(wildcard $(WHEELS)/standfast-*.whl))
 FRESH_WHEEL := $(if $(BUILT),$(if $(shell find crates python Cargo.toml Cargo.lock pyproject.toml -type f -not -name '*.pyc' -newer $(BUILT) | head -n 1),wheel,$(BIN)/maturin),wheel)
 
-.PHONY: demo check test rust python long bits bench caps explorer site links gallery paper maps robot sweeps chart frames growth atlas accuracy safe feet calls footprint fuzz mutate crate audit dist pythons version wheel clean
+.PHONY: demo check test rust python long bits bench caps explorer site tour links gallery paper maps robot sweeps chart frames growth atlas accuracy safe feet calls footprint fuzz mutate crate audit dist pythons version wheel clean
 ifndef SIDE_BY_SIDE
 .NOTPARALLEL:
 endif
@@ -162,6 +163,16 @@ site: $(FRESH_WHEEL)
 	$(BIN)/zensical build --clean --strict
 	if crates/wasm/build.sh; then $(BIN)/python -m standfast.page target/explorer/standfast.wasm target/site/explorer.html; \
 		else cp site/no_explorer.html target/site/explorer.html; fi
+	$(NBCONVERT) --to html --TemplateExporter.extra_template_basedirs=site --template=tour --output-dir=target/site examples/tour.ipynb
+
+# Runs the notebook of the tour, and stores it with its outputs. What only a kernel can show, in cells with the tag `live`, is not stored.
+tour: EXTRA := notebook,site
+tour: wheel
+	$(PIP) install "ipykernel>=7,<8"
+	$(NBCONVERT) --to notebook --inplace --execute --ExecutePreprocessor.store_widget_state=False \
+		--ExecutePreprocessor.record_timing=False examples/tour.ipynb
+	$(NBCONVERT) --to notebook --inplace --TagRemovePreprocessor.enabled=True \
+		--TagRemovePreprocessor.remove_all_outputs_tags=live examples/tour.ipynb
 
 # Follows every link of the site that `make site` has built.
 PORT := 8199

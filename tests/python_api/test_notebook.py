@@ -320,6 +320,23 @@ def test_every_cell_of_the_tour_shows_something():
     assert shown[3].outcome == "rest"
 
 
+def test_the_tour_is_stored_with_its_outputs():
+    """As they are now: otherwise `make tour`. The cell with the tag `live` needs a kernel; it has none."""
+    assert TOUR.stat().st_size < 1.5e6
+    cells = json.loads(TOUR.read_text(encoding="utf-8"))["cells"]
+    for cell, (_, kind, value) in zip(cells, outputs(), strict=True):
+        if kind != "code":
+            continue
+        if cell["metadata"].get("tags") == ["live"]:
+            assert isinstance(value, Widget)
+            assert cell["outputs"] == []
+            continue
+        (output,) = cell["outputs"]
+        assert output["output_type"] == "execute_result"
+        assert "".join(output["data"]["text/plain"]) == repr(value)
+        assert "<" in output["data"]["text/html"][0]
+
+
 #: Renders the widget as a notebook does, with a model whose messages the page's function `kernel` answers.
 CELL = """async ({ esm, css, state, dark }) => {
   document.head.appendChild(document.createElement("style")).textContent = css;

@@ -96,6 +96,17 @@ def test_the_explorer_runs_in_its_page_without_a_server(browser):
     shown.close()
 
 
+def test_the_tour_shows_its_outputs_and_plays_its_film(browser, address):
+    phone = {"viewport": {"width": 390, "height": 844}}
+    with opened(browser, f"{address}/tour.html", **phone) as shown:
+        assert shown.evaluate("document.documentElement.scrollWidth") <= 390
+        assert shown.get_by_text("neutral").count()
+        assert shown.locator("svg").count() >= 3
+        film = shown.frame_locator("iframe")
+        film.locator(".sf-play").click()
+        film.locator(".sf-readout").get_by_text("t = ").wait_for()
+
+
 def test_every_page_fits_a_phone_and_asks_no_other_host(browser, address):
     pages = sorted(SITE.glob("*/index.html"))
     assert len(pages) > 20
