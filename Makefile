@@ -180,6 +180,10 @@ links:
 	@$(BIN)/python -m http.server --directory target/site --bind 127.0.0.1 $(PORT) > /dev/null 2>&1 & server=$$!; sleep 1; \
 		$(BIN)/linkchecker --no-status http://127.0.0.1:$(PORT)/; code=$$?; kill $$server; exit $$code
 
+# Every command of the README and of the site, copied and run in a fresh clone: ten minutes.
+commands:
+	$(PYTHON) tests/commands.py
+
 # The pictures and films of the gallery, the recipes and the tutorials, by the code beside them, and the film at the top of the site: two
 # minutes.
 gallery: EXTRA := plot,map
