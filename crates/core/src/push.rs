@@ -10,7 +10,7 @@ use crate::body::state::State;
 use crate::error::{Error, in_range};
 use crate::excitation::{Excitation, Force, GroundMotion, Kick};
 use crate::options::{Model, Options, Stop};
-use crate::outcome::End;
+use crate::outcome::{End, Outcome};
 use crate::robustness::Stance;
 use crate::simulate::Resources;
 use crate::simulate::batch::ends;
@@ -74,6 +74,9 @@ pub struct SmallestPush {
     pub sizes: Vec<f64>,
     /// For each of them whether the body comes back.
     pub came_back: Vec<bool>,
+    /// How the run with the smallest push ends: it is at rest elsewhere, or, as [`Inconsistent`](Outcome::Inconsistent), has no motion. `None`
+    /// where the body comes back from all.
+    pub outcome: Option<Outcome>,
 }
 
 impl Push {
@@ -194,13 +197,15 @@ pub fn smallest_push_until(
     }
     let run = run.acting(posture.frictions())?;
     let stance = Stance::new(posture, &run)?;
-    let came_back = |sizes: &[f64]| -> Result<Vec<bool>, Error> {
+    let pushed = |sizes: &[f64]| -> Result<Vec<End>, Error> {
         let states = vec![State::at_rest([0.0; 3]); sizes.len()];
         let pushes: Vec<_> = sizes.iter().map(|size| push.of_size(*size, run.time)).collect();
         let one = std::slice::from_ref(posture);
         let ends = ends(one, &states, &run, &pushes, resources, cancel);
-        let ends = ends.map_err(|(k, error)| error.at(|| format!("size {:?}", sizes[k])))?;
-        Ok(ends.iter().map(|end: &End| stance.came_back(end)).collect())
+        ends.map_err(|(k, error)| error.at(|| format!("size {:?}", sizes[k])))
+    };
+    let came_back = |sizes: &[f64]| -> Result<Vec<bool>, Error> {
+        Ok(pushed(sizes)?.iter().map(|end| stance.came_back(end)).collect())
     };
     let sizes: Vec<f64> = (1..=scan).map(|k| most * (k as f64 / scan as f64)).collect();
     let back = came_back(&sizes)?;
@@ -227,9 +232,13 @@ pub fn smallest_push_until(
             changes[*k][usize::from(back != (k % 2 == 0))] = *middle;
         }
     }
+    let outcome = match changes.first() {
+        Some([_, from]) => pushed(&[*from])?.first().map(|end| end.outcome),
+        None => None,
+    };
     let ends = changes.chunks(2).map(|pair| match *pair {
         [[_, from], [to, _]] => [from, to],
         _ => [pair[0][1], most],
     });
-    Ok(SmallestPush { at_most: most, intervals: ends.collect(), sizes, came_back: back })
+    Ok(SmallestPush { at_most: most, intervals: ends.collect(), sizes, came_back: back, outcome })
 }
