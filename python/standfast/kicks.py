@@ -17,6 +17,7 @@ from standfast.maps import (
     checked_progress,
     xarray_or_not,
 )
+from standfast.signatures import with_names_only
 
 if TYPE_CHECKING:
     import xarray
@@ -53,6 +54,7 @@ def robustness(
     progress: bool | None = None,
     **options: Any,
 ) -> "xarray.Dataset": ...
+@with_names_only
 def robustness(
     posture: Posture | Mechanism,
     sizes: npt.ArrayLike,
@@ -76,19 +78,41 @@ def robustness(
     one placement only); and if the body has turned by less than half a turn. So a box that has slid along a floor is back: see
     `largest_displacement`. A box that lies on another side, stands on a lower step, leans on a wall or has turned a somersault is not.
 
-    posture : Posture in which at least one contact touches at q = 0; any number of contacts, any ground; or a Mechanism with all joints locked. sizes : (k,) m/s, > 0. trials :
-    number of kicks of each size. The directions are the same for all sizes, so that shares can be compared; those of more trials begin with
-    those of fewer. seed : of the directions; the same seed has the same result on every machine, with any number of threads. model :
-    "full", "local" or "auto", as for `simulate`.
+    Parameters
+    ----------
+    posture : Posture or Mechanism
+        At least one contact touches at q = 0; any number of contacts, any ground. All joints of a Mechanism are locked.
+    sizes : (k,) array_like, m/s, > 0
+    trials : int, default 1000
+        Number of kicks of each size. The directions are the same for all sizes, so that shares can be compared; those of
+        more trials begin with those of fewer.
+    seed : int, default 0
+        Of the directions; the same seed has the same result on every machine, with any number of threads.
+    model : {"full", "local", "auto"}
+        As for `simulate`.
+    over : mapping from str to array_like, or None, default None
+        The values of parameters by their paths, as for `sweep`.
+    threads : int or None, default None
+        Number of threads; None uses every core.
+    progress : bool or None, default None
+        Whether a progress bar is shown; None shows it on a terminal if tqdm is installed.
+    **options : keyword of simulate
+        impact, simultaneous, time_limit, event_limit (100 000 unless given), neighbourhood, edges, jams. A body whose run
+        ends at a limit, or that rests beyond the neighbourhood, is not back.
 
-    over : None, or a mapping from the paths of parameters to their values, as for `sweep`. The result is then an xarray.Dataset with the
-    variables share and largest_displacement over these parameters and size (needs xarray: the extra `map`). threads : number of threads;
-    None uses every core. progress : whether a progress bar is shown; None shows it on a terminal if tqdm is installed.
+    Returns
+    -------
+    Robustness
+        With `over` an xarray.Dataset with the variables share and largest_displacement over these parameters and size
+        (needs xarray: the extra `map`).
 
-    options : impact, simultaneous, time_limit, event_limit (100 000 unless given), neighbourhood, edges, jams, as for `simulate`. A body whose run ends at a limit, or that rests beyond the neighbourhood, is not back.
+    Raises
+    ------
+    ValueError
+        Names the field, its value and the allowed range.
 
-    Returns a Robustness. Raises ValueError naming the field, its value and the allowed range.
-
+    Examples
+    --------
     >>> import standfast as sf
     >>> box = sf.Posture.box(0.3, 0.5, friction=0.5, restitution=0.3)
     >>> result = sf.robustness(box, [0.1, 1.0, 3.0])

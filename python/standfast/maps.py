@@ -18,6 +18,7 @@ import numpy.typing as npt
 
 from standfast import _core
 from standfast._core import Chain, Joint, Posture, Sweep, write_whole
+from standfast.signatures import with_names_only
 from standfast.suggest import nearest, parameters
 from standfast.units import described
 
@@ -58,6 +59,7 @@ OPTIONS = {
 _Columns: TypeAlias = list[npt.NDArray[Any]]
 
 
+@with_names_only
 def sweep(
     posture: Posture | Chain,
     over: Mapping[str, npt.ArrayLike],
@@ -77,33 +79,60 @@ def sweep(
 ) -> "xarray.Dataset":
     """Quantities of a posture, or of a chain, over a grid of its parameters, as an xarray.Dataset.
 
-    over : a mapping from the path of each parameter to its values. Paths: mass, gyration_radius, gravity,
-    restitution, friction (of all contacts), center_of_mass.x, center_of_mass.y; for contact 1 (2, …)
-    contacts.1.point.x, point.y, slope, friction, restitution, tangential_restitution, radius. quantity : one name or
-    several: every field of a Verdict ("stability" is its frictional_stability; "by" is "undecided" where the field
-    is None), "theorem_3" (kinematic_strong and clattering), "fate" (the outcome of a run from q, qdot) and
-    "zeno_time" (time of its first Zeno point in s; NaN if there is none). q, qdot, options : start and keywords of
-    `simulate` for "fate" and "zeno_time".
-
-    A quantity of words has a second variable with their numbers, such as "stability_code" (int8; its attributes
-    flag_values and flag_meanings have the words): `grid["stability_code"].plot()` draws it.
-
-    threads : number of threads; None uses all cores. executor : any concurrent.futures.Executor, such as a
-    ProcessPoolExecutor or that of a Dask client, instead of threads. cache : folder for finished chunks; a later
-    call with the same arguments reads them and computes only the missing ones. chunk : number of points in a
-    chunk. progress : whether a progress bar is shown; None shows it on a terminal if tqdm is installed. jams : "none" or
-    "impact", as in `stability` and `simulate`. width : that of the numbers, as in `stability`.
-
-    A chain: q is its configuration (dof,), and the paths are gravity, restitution, friction (of all feet), armature (of all joints
-    with torques), base.angle; joint.1.angle, joint.1.torque, joint.1.armature; foot.1.slope, foot.1.friction, and so on for other joints and
-    feet. torques : "holding" or "least", each point has the torques of `Chain.holding_torques` there, its choice or the least ones (where there
-    are none, it is unstable by "not-equilibrium"); "given", those of its joints; an array, N m, one for each joint of kind "torque"; None is "given" if a torque varies, and "holding" otherwise. "fate" and "zeno_time" are not
-    offered; a flag is False, and a number NaN, where the field of the Verdict is None.
-
     The result does not depend, to the bit, on threads, executor or chunks. Margins and "theorem_3" take
-    microseconds a point. "stability", "by", "reason", "energy", "stays" and "delicate" may need the corner map, which takes longer;
-    "amplification" (NaN where the field is None) always needs it. Needs xarray: the extra `map`.
+    microseconds a point. "stability", "by", "reason", "energy", "stays" and "delicate" may need the corner map, which takes
+    longer; "amplification" (NaN where the field is None) always needs it. Needs xarray: the extra `map`.
 
+    Parameters
+    ----------
+    posture : Posture or Chain
+    over : mapping from str to array_like
+        The values of each parameter, by its path: mass, gyration_radius, gravity, restitution, friction (of all
+        contacts), center_of_mass.x, center_of_mass.y; for contact 1 (2, …) contacts.1.point.x, point.y, slope, friction,
+        restitution, tangential_restitution, radius. Of a chain: gravity, restitution, friction (of all feet), armature
+        (of all joints with torques), base.angle; joint.1.angle, joint.1.torque, joint.1.armature; foot.1.slope,
+        foot.1.friction, and so on for other joints and feet.
+    quantity : str or sequence of str, default "stability"
+        * every field of a Verdict: "stability" is its frictional_stability; "by" is "undecided" where the field is None;
+        * "theorem_3": kinematic_strong and clattering;
+        * "fate": the outcome of a run from q, qdot;
+        * "zeno_time": time of its first Zeno point in s, NaN if there is none.
+
+        The last two are not offered for a chain. Of a chain a flag is False, and a number NaN, where the field of the
+        Verdict is None.
+    q, qdot : (3,) array_like or None, default None
+        Start for "fate" and "zeno_time", m, m, rad and per second. Of a chain q (dof,) is its configuration.
+    threads : int or None, default None
+        Number of threads; None uses all cores.
+    executor : concurrent.futures.Executor or None, default None
+        It computes instead of threads, such as a ProcessPoolExecutor or that of a Dask client.
+    cache : path_like or None, default None
+        Folder for finished chunks; a later call with the same arguments reads them and computes only the missing ones.
+    chunk : int or None, default None
+        Number of points in a chunk.
+    progress : bool or None, default None
+        Whether a progress bar is shown; None shows it on a terminal if tqdm is installed.
+    jams : {"none", "impact"}
+        As in `stability` and `simulate`.
+    width : float, from 0 to 0.1, default 1e-12
+        That of the numbers, as in `stability`.
+    torques : {None, "holding", "least", "given"} or array_like, N m
+        The torques of the joints of a chain at each point: "holding" or "least", those of `Chain.holding_torques`, its
+        choice or the least ones (where there are none, it is unstable by "not-equilibrium"); "given", those of its
+        joints; an array, one for each joint of kind "torque". None is "given" if a torque varies, and "holding"
+        otherwise.
+    **options : keyword of simulate
+        For "fate" and "zeno_time".
+
+    Returns
+    -------
+    xarray.Dataset
+        A variable for each quantity. A quantity of words has a second variable with their numbers, such as
+        "stability_code" (int8; its attributes flag_values and flag_meanings have the words):
+        `grid["stability_code"].plot()` draws it.
+
+    Examples
+    --------
     >>> import numpy as np
     >>> import standfast as sf
     >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
@@ -443,6 +472,7 @@ def plot_map(
     *,
     posture: Posture | None = None,
 ) -> "Axes": ...
+@with_names_only
 def plot_map(
     dataset: "xarray.Dataset",
     ax: "Axes | None" = None,
@@ -453,21 +483,41 @@ def plot_map(
 ) -> "Figure | Axes":
     """Draw the quantities of a sweep over one or two parameters.
 
-    dataset : the result of `sweep`. Its first parameter is on the horizontal axis. Words and flags are drawn as areas; the legend
-    has the share of the points of each. Numbers are drawn as colours, with a line where they change their sign, or as a curve if
-    there is one parameter.
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        The result of `sweep`. Its first parameter is on the horizontal axis. Words and flags are drawn as areas; the
+        legend has the share of the points of each. Numbers are drawn as colours, with a line where they change their
+        sign, or as a curve if there is one parameter.
+    ax : matplotlib Axes or None, default None
+        For a dataset of one quantity, such as `grid[["stability"]]`. Without it every quantity has a panel of 3.4 inches
+        (one column of a paper) in a new figure.
+    colors : mapping or None, default None
+        For a word ("yes" and "no" for flags) a colour, for a quantity of numbers a map of colours, as matplotlib takes
+        them. The defaults can be told apart with every kind of colour vision.
+    labels : mapping or None, default None
+        Texts for names of parameters, quantities and words.
+    posture : Posture or None, default None
+        Its contacts are drawn, too, if the parameters are center_of_mass.x and center_of_mass.y.
 
-    ax : None, or matplotlib axes for a dataset of one quantity, such as `grid[["stability"]]`. Without it every quantity has a panel
-    of 3.4 inches (one column of a paper) in a new figure, which a notebook shows once: it is not left open in pyplot, so that
-    `plt.show()` does not show it. Returns the matplotlib.figure.Figure, or `ax` if it is given.
+    Returns
+    -------
+    matplotlib Figure or Axes
+        The figure, which a notebook shows once: it is not left open in pyplot, so that `plt.show()` does not show it; or
+        `ax` if it is given.
 
-    colors : for a word ("yes" and "no" for flags) a colour, for a quantity of numbers a map of colours, as matplotlib takes them. The
-    defaults can be told apart with every kind of colour vision. labels : texts for names of parameters, quantities and words.
-    posture : if it is given and the parameters are center_of_mass.x and center_of_mass.y, its contacts are drawn, too.
+    Raises
+    ------
+    ValueError
+        For more than two parameters, for several quantities with `ax`, for a name in `colors` or `labels` that the
+        dataset does not have, and for a word without a colour.
+    TypeError
+        For another kind of argument.
+    ImportError
+        Without matplotlib (extra `plot`).
 
-    Raises ValueError for more than two parameters, for several quantities with `ax`, for a name in `colors` or `labels` that the
-    dataset does not have, and for a word without a colour; TypeError for another kind of argument. Needs matplotlib (extra `plot`).
-
+    Examples
+    --------
     >>> import numpy as np
     >>> import standfast as sf
     >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)

@@ -8,6 +8,8 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
+from standfast.signatures import with_names_only
+
 _Floats = npt.NDArray[np.float64]
 
 #: Standard gravity, in m/s²: the g of records.
@@ -22,18 +24,38 @@ NUMBERS_FIRST = re.compile(rf"^\s*(\d+)\s+({NUMBER})\s.*NPTS.*DT", re.IGNORECASE
 HEADER = 4
 
 
+@with_names_only
 def read_record(
     path: str | PathLike[str], unit: Literal["g", "m/s^2", "cm/s^2"] = "g"
 ) -> tuple[_Floats, _Floats]:
     """Times (k,) s and acceleration (k,) m/s² of a record of the motion of the ground.
 
-    path : a file of PEER (`.AT2`: four lines, of which the last has NPTS and DT, then the samples), or two columns, time in s and acceleration,
-    separated by commas, semicolons or blanks; lines before the first number are skipped, and what follows a #. unit : of the accelerations in
-    the file, "g" (9.80665 m/s²), "m/s^2" or "cm/s^2".
-
     `GroundMotion.from_record(path)` is the motion that is linear between these samples. With steps, `GroundMotion(times, acceleration)`, each
     sample holds until the next one: that moves the record by half an interval, an error of first order in it.
 
+    Parameters
+    ----------
+    path : path_like
+        A file of PEER (`.AT2`: four lines, of which the last has NPTS and DT, then the samples), or two columns, time in s
+        and acceleration, separated by commas, semicolons or blanks; lines before the first number are skipped, and what
+        follows a #.
+    unit : {"g", "m/s^2", "cm/s^2"}
+        Of the accelerations in the file; "g" is 9.80665 m/s².
+
+    Returns
+    -------
+    (ndarray, ndarray)
+        Times (k,) in s, and accelerations (k,) in m/s².
+
+    Raises
+    ------
+    OSError
+        If the file cannot be read.
+    ValueError
+        Names the file, the line and what was expected.
+
+    Examples
+    --------
     >>> import tempfile, numpy as np, standfast as sf
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     path = folder + "/pulse.csv"
@@ -44,8 +66,6 @@ def read_record(
     [0.0, 1.9613, 0.0]
     >>> sf.GroundMotion.from_record((times, acceleration), scale=1.5)
     <GroundMotion: acceleration linear between 3 times>
-
-    Raises OSError if the file cannot be read, ValueError with the file, the line and what was expected.
     """
     if unit not in UNITS:
         allowed = ", ".join(map(repr, UNITS))

@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from standfast._core import ContactRows, HoldingTorques, Mechanism
+from standfast.signatures import with_names_only
 from standfast.suggest import nearest
 
 __all__ = ["Sagittal", "from_mujoco", "from_pinocchio", "sagittal"]
@@ -778,11 +779,25 @@ def _view_of(model: Any, library: Callable[[Any], _Library]) -> _View:
 class Sagittal(_View):
     """A robot in space that moves in its plane of symmetry, y = 0 of its base: left and right joints together. Made by `sagittal`.
 
-    model : the model of the library. data : made when it is first used. joints : names of the joint coordinates, of a pair that of the left
-    joint; its angle is that of the left one. coordinates : ("x", "z", "pitch", *joints). pairs : for each of `joints` the names (left, right),
-    or (name,). fixed : joints that do not move, with their mirror images. S : (nv, dof), q̇ = S (ẋ, ż, pitch rate, joints) for a level base; for a
-    free flyer of Pinocchio, whose velocity is in axes of the base, the rows of x and z turn with the pitch. mirrored : for each joint of the library, its mirror
-    image and the factor of its angle.
+    Attributes
+    ----------
+    model : pinocchio.Model or mujoco.MjModel
+        The model of the library.
+    data : pinocchio.Data or mujoco.MjData
+        Made when it is first used.
+    joints : tuple of str
+        Names of the joint coordinates, of a pair that of the left joint; its angle is that of the left one.
+    coordinates : tuple of str
+        ("x", "z", "pitch", *joints).
+    pairs : tuple
+        For each of `joints` the names (left, right), or (name,).
+    fixed : dict
+        Joints that do not move, with their mirror images.
+    S : (nv, dof) ndarray
+        q̇ = S (ẋ, ż, pitch rate, joints) for a level base; for a free flyer of Pinocchio, whose velocity is in axes of the base, the
+        rows of x and z turn with the pitch.
+    mirrored : dict
+        For each joint of the library, its mirror image and the factor of its angle.
     """
 
     def __init__(self, model: Any, library: _Library, pairs: Iterable[Sequence[str]] | None, tolerance: float) -> None:  # fmt: skip
@@ -900,10 +915,18 @@ class Sagittal(_View):
     def q(self, x: float = 0.0, z: float = 0.0, pitch: float = 0.0, joints: Mapping[str, float] | npt.ArrayLike = ()) -> _Floats:  # fmt: skip
         """The configuration (nq,) of the library: place of the base (m), pitch counterclockwise in the plane of x and z (rad), and joints.
 
-        joints : {name: angle in rad}, with the sign of the library; its mirror image gets the angle that belongs to it; joints that are not
-        named are at zero. Or angles in the order of `joints`.
+        Parameters
+        ----------
+        x, z : float, m, default 0.0
+        pitch : float, rad, default 0.0
+        joints : dict or (joints,) array_like, rad, default ()
+            {name: angle}, with the sign of the library; its mirror image gets the angle that belongs to it; joints that are not named
+            are at zero. Or angles in the order of `joints`.
 
-        Raises ValueError naming the joint.
+        Raises
+        ------
+        ValueError
+            Names the joint.
         """
         library = self.library
         values = library.reference.copy()
@@ -1098,6 +1121,7 @@ def _check_masses(library: _Library, bodies: _Bodies, partners: list[int], toler
             raise _unusable(f"inertias behind {who}", f"{own * change.max():.3g} kg m² apart when mirrored", f"{allowed} of {heavier * size**2:.3g} kg m²")  # fmt: skip
 
 
+@with_names_only
 def sagittal(
     model: Any,
     pairs: Iterable[Sequence[str]] | None = None,
@@ -1105,17 +1129,30 @@ def sagittal(
 ) -> Sagittal:
     """A robot in space with equal left and right, in its plane of symmetry y = 0; `from_pinocchio` and `from_mujoco` take it in place of `model`.
 
-    model : of Pinocchio or MuJoCo, with a floating base: a free flyer (`JointModelFreeFlyer`, a free joint), or two sliders along x and z and a hinge
-    about y. pairs : names (left, right) of joints; None: found by their places and axes at zero. tolerance : share by which left and right
-    may differ: masses, places of centres by this share of the size of the robot, inertias of mass times the square of the size.
+    q̇ = S (ẋ, ż, pitch rate, joints): a column for each pair of joints about ±y, and for each such joint in the plane of symmetry;
+    sliders in the plane likewise. Other joints (abduction, yaw) do not move: they keep the angles they have in q. The force of a pair
+    of feet is that of both together, torque and armature of a pair of joints, too. Motions out of the plane are left out, and a small
+    asymmetry is averaged.
 
-    q̇ = S (ẋ, ż, pitch rate, joints): a column for each pair of joints about ±y, and for each such joint in the plane of symmetry; sliders in the plane
-    likewise. Other joints (abduction, yaw) do not move: they keep the angles they have in q. The force of a pair of feet is that of both
-    together, torque and armature of a pair of joints, too. Motions out of the plane are left out, and a small asymmetry is averaged.
+    Parameters
+    ----------
+    model : pinocchio.Model or mujoco.MjModel
+        With a floating base: a free flyer (`JointModelFreeFlyer`, a free joint), or two sliders along x and z and a hinge about y.
+    pairs : iterable of (str, str), or None, default None
+        Names (left, right) of joints; None: found by their places and axes at zero.
+    tolerance : float, default 0.03
+        Share by which left and right may differ: masses, places of centres by this share of the size of the robot, inertias of mass
+        times the square of the size.
 
-    Returns a Sagittal with `.S`, `.joints`, `.pairs` and `.q(x, z, pitch, {joint: angle})`.
+    Returns
+    -------
+    Sagittal
+        With `.S`, `.joints`, `.pairs` and `.q(x, z, pitch, {joint: angle})`.
 
-    Raises ValueError naming the joint without a mirror image, or the body whose mass, centre or inertia does not mirror.
+    Raises
+    ------
+    ValueError
+        Names the joint without a mirror image, or the body whose mass, centre or inertia does not mirror.
     """
     kind = type(model).__module__.partition(".")[0]
     library: _Library
@@ -1128,6 +1165,7 @@ def sagittal(
     return Sagittal(model, library, pairs, tolerance)
 
 
+@with_names_only
 def from_pinocchio(
     model: "Any | Sagittal",
     data: Any,
@@ -1143,24 +1181,51 @@ def from_pinocchio(
 ) -> Mechanism:
     """The mechanism of a robot of Pinocchio in the posture q, at rest, on the ground below its feet.
 
-    model : moves in the plane: its base is fixed, `JointModelPlanar`, or PX, PZ and RY in one composite joint or in three; or `sagittal(model)` for a
-    robot in space. data : `model.createData()`, working memory. q : (nq,), as Pinocchio counts it. feet : names of frames; of a robot in space
-    one name of a pair, or the pair (left, right). plane : "xz" or "xy", the height last. locked : names of joints, or "all".
-    torques : None: zero; (joints,) N m in the order of Pinocchio, or of `sagittal(model).joints`, there those of both joints of a pair together;
-    "holding" or "least": those of `Mechanism.holding_torques`, its choice or the least ones. If none hold the robot, they are zero, and
-    `stability` says "not-equilibrium". ground : {foot: (slope in rad, friction)}, or one pair for all; feet without an entry are on level ground with `friction`.
-    restitution : in [0, 1]. armature : kg m², a number for each joint (a pair has it twice), or (joints,) as for torques, in place of that of
-    the model; None: that of the model.
+    The coordinates are (x, z, pitch, joints) with a floating base, the pitch counterclockwise in the plane, and (joints) with a fixed
+    one. With all joints locked the mechanism is a rigid body with q = (x, y, θ) in its base. Joint friction, damping and limits are
+    left out.
 
-    The coordinates are (x, z, pitch, joints) with a floating base, the pitch counterclockwise in the plane, and (joints) with a fixed one.
-    With all joints locked the mechanism is a rigid body with q = (x, y, θ) in its base. Joint friction, damping and limits are left out.
+    Parameters
+    ----------
+    model : pinocchio.Model or Sagittal
+        It moves in the plane: its base is fixed, `JointModelPlanar`, or PX, PZ and RY in one composite joint or in three; or
+        `sagittal(model)` for a robot in space.
+    data : pinocchio.Data
+        `model.createData()`, working memory.
+    q : (nq,) array_like
+        As Pinocchio counts it.
+    feet : sequence of str or (str, str)
+        Names of frames; of a robot in space one name of a pair, or the pair (left, right).
+    plane : {"xz", "xy"}
+        The height last.
+    locked : str or iterable of str, default ()
+        Names of joints, or "all".
+    torques : {None, "holding", "least"} or (joints,) array_like, N m
+        None: zero. An array is in the order of Pinocchio, or of `sagittal(model).joints`, there those of both joints of a pair
+        together. "holding" or "least": those of `Mechanism.holding_torques`, its choice or the least ones. If none hold the robot, they
+        are zero, and `stability` says "not-equilibrium".
+    ground : dict, (float, float) or None, default None
+        {foot: (slope in rad, friction)}, or one pair for all; feet without an entry are on level ground with `friction`.
+    friction : float or None, default None
+        Coefficient of friction μ of these feet.
+    restitution : float, in [0, 1], default 0.0
+    armature : float, (joints,) array_like or None, kg m², default None
+        A number for each joint (a pair has it twice), or as for torques, in place of that of the model; None: that of the model.
 
-    Raises ValueError naming the argument, its value and what is allowed.
+    Returns
+    -------
+    Mechanism
+
+    Raises
+    ------
+    ValueError
+        Names the argument, its value and what is allowed.
     """
     view, model = _robot(model, _Pinocchio, "pinocchio.Model")
     return _mechanism(view, model, data, q, "q", feet, plane, locked, torques, ground, friction, restitution, armature)  # fmt: skip
 
 
+@with_names_only
 def from_mujoco(
     model: "Any | Sagittal",
     data: Any,
@@ -1175,14 +1240,42 @@ def from_mujoco(
 ) -> Mechanism:
     """The mechanism of a robot of MuJoCo in the posture `data.qpos`, at rest, on the ground below its feet.
 
-    model : moves in the plane: its base is fixed, or two slides and a hinge; or `sagittal(model)` for a robot with a free joint. data : its `MjData`;
-    fields that depend on positions are computed anew, qpos and qvel stay. feet : names of sites, else of geoms, else of bodies; the contact
-    is the point of the site, or the centre of the geom, or the origin of the body. The other arguments are those of `from_pinocchio`.
-
     M is `mj_fullM`, with armature, and h is `qfrc_bias` at zero velocity. Actuators, springs, damping, friction and limits of joints, and the
     contacts of MuJoCo are left out; a model with active equalities is refused.
 
-    Raises ValueError naming the argument, its value and what is allowed.
+    Parameters
+    ----------
+    model : mujoco.MjModel or Sagittal
+        It moves in the plane: its base is fixed, or two slides and a hinge; or `sagittal(model)` for a robot with a free joint.
+    data : mujoco.MjData
+        Fields that depend on positions are computed anew, qpos and qvel stay.
+    feet : sequence of str or (str, str)
+        Names of sites, else of geoms, else of bodies; the contact is the point of the site, or the centre of the geom, or the
+        origin of the body.
+    plane : {"xz", "xy"}
+        The height last.
+    locked : str or iterable of str, default ()
+        Names of joints, or "all".
+    torques : {None, "holding", "least"} or (joints,) array_like, N m
+        None: zero. An array is in the order of MuJoCo, or of `sagittal(model).joints`, there those of both joints of a pair
+        together. "holding" or "least": those of `Mechanism.holding_torques`, its choice or the least ones. If none hold the robot, they
+        are zero, and `stability` says "not-equilibrium".
+    ground : dict, (float, float) or None, default None
+        {foot: (slope in rad, friction)}, or one pair for all; feet without an entry are on level ground with `friction`.
+    friction : float or None, default None
+        Coefficient of friction μ of these feet.
+    restitution : float, in [0, 1], default 0.0
+    armature : float, (joints,) array_like or None, kg m², default None
+        A number for each joint (a pair has it twice), or as for torques, in place of that of the model; None: that of the model.
+
+    Returns
+    -------
+    Mechanism
+
+    Raises
+    ------
+    ValueError
+        Names the argument, its value and what is allowed.
     """
     view, model = _robot(model, _Mujoco, "mujoco.MjModel")
     view.library.check_data(model, data)

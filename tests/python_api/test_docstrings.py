@@ -3,6 +3,7 @@
 import doctest
 import inspect
 import math
+import pydoc
 import re
 import shlex
 from pathlib import Path
@@ -22,6 +23,7 @@ import standfast.maps
 import standfast.plot
 import standfast.report
 import standfast.results
+import standfast.robots
 import standfast.scenery
 import standfast.series
 import standfast.suggest
@@ -111,6 +113,99 @@ def test_every_public_name_is_explained():
                     assert member.__doc__ or re.search(rf"\b{part}\b", thing.__doc__), (
                         f"{name}.{part}"
                     )
+
+
+def callables():
+    """The public functions, constructors and methods, with the docstring that has their parameters."""
+    modules = (standfast.certificate, standfast.robots)
+    names = [(module, name) for module in modules for name in module.__all__]
+    for holder, name in [*PUBLIC, *names]:
+        thing = getattr(holder, name)
+        if inspect.ismodule(thing) or name in ("SolverError", "Sagittal"):
+            continue
+        if not inspect.isclass(thing):
+            yield name, thing
+            continue
+        if inspect.getdoc(thing) and thing not in MADE_BY_FUNCTIONS:
+            yield name, thing
+        for part, member in vars(thing).items():
+            method = getattr(member, "__func__", member)
+            if not part.startswith("_") and callable(method):
+                yield f"{name}.{part}", method
+
+
+#: Types of results: they have no constructor.
+MADE_BY_FUNCTIONS = {
+    thing
+    for thing in vars(standfast._core).values()
+    if inspect.isclass(thing) and getattr(thing, "__text_signature__", None) is None
+}
+CALLABLES = dict(callables())
+
+
+def table(document):
+    """What the section "Parameters" says of the type of each parameter."""
+    section = re.search(
+        r"^Parameters\n-{10}\n(.*?)(?=\n\n\w+\n---|\Z)",
+        document,
+        re.DOTALL | re.MULTILINE,
+    )
+    found = {}
+    for line in section[1].splitlines() if section else []:
+        if not line.startswith(" ") and line:
+            names, _, kind = line.partition(" : ")
+            found |= dict.fromkeys(names.split(", "), kind)
+    return found
+
+
+def wrong_entries(thing):
+    """Parameters without a line of their own, and lines with another default."""
+    document, stars = (
+        inspect.getdoc(thing),
+        {"VAR_KEYWORD": "**", "VAR_POSITIONAL": "*"},
+    )
+    said, found = table(document), []
+    for name, parameter in inspect.signature(thing).parameters.items():
+        if name == "self":
+            continue
+        kind = said.pop(stars.get(parameter.kind.name, "") + name, None)
+        if kind is None:
+            found.append(name)
+        elif parameter.default is not parameter.empty and kind != "see simulate":
+            text = re.search(r"default (.*)$", kind) or re.match(r"\{(.*?)[,}]", kind)
+            if not text or eval(text[1], {"inf": math.inf}) != parameter.default:
+                found.append(f"{name}={parameter.default!r}")
+    return [*found, *said]
+
+
+@pytest.mark.parametrize("name", CALLABLES)
+def test_each_parameter_has_a_line_with_its_default(name):
+    assert wrong_entries(CALLABLES[name]) == []
+
+
+def test_a_parameter_without_a_line_is_found():
+    def area(width, height=1.0, *, unit="m²"):
+        """Area.
+
+        Parameters
+        ----------
+        width : float, m
+        height : float, m, default 2.0
+        depth : float, m
+        """
+
+    assert wrong_entries(area) == ["height=1.0", "unit", "depth"]
+
+
+@pytest.mark.parametrize(
+    "name", sorted(set(CALLABLES) - set(standfast.certificate.__all__))
+)
+def test_help_begins_with_names_alone(name):
+    """Except in the checker of certificates, which uses nothing else of the package."""
+    first = pydoc.plain(pydoc.render_doc(CALLABLES[name])).splitlines()[2]
+    assert "typing" not in first
+    assert ": " not in first
+    assert "->" not in first
 
 
 def test_the_main_classes_show_an_example():

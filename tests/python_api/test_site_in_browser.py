@@ -85,6 +85,16 @@ FIRST = {
     "pip": "",
     "map": "maps",
     "Rust": "rust",
+    "simulate": "api/simulate",
+    "simulate_many": "api/simulate_many",
+    "Posture": "api/posture",
+    "ZenoPoint": "api/events",
+    "friction_margin": "api/forces",
+    "ContactProblem": "api/contact_problem",
+    "Verdict": "api/verdict",
+    "HoldingTorques": "api/mechanism",
+    "SystemMode": "api/load_factor",
+    "neimark_sacker": "api/theory",
 }
 
 

@@ -1,4 +1,4 @@
-"""The documentation site: its pages, its API page, and its links. `make site` builds it."""
+"""The documentation site: its pages, those of the API, and their links. `make site` builds it."""
 
 import re
 import tomllib
@@ -20,26 +20,55 @@ def pages(nav):
 def test_each_page_is_in_the_table_of_contents_once():
     site = tomllib.loads((ROOT / "zensical.toml").read_text(encoding="utf-8"))
     listed = list(pages(site["project"]["nav"]))
-    assert sorted(listed) == sorted(page.name for page in DOCS.glob("*.md"))
+    files = [page.relative_to(DOCS).as_posix() for page in DOCS.rglob("*.md")]
+    assert sorted(listed) == sorted(files)
 
 
-def test_the_api_page_has_every_public_name():
-    text = (DOCS / "api.md").read_text(encoding="utf-8")
-    listed = re.findall(r"^::: standfast\.([\w.]+)$", text, re.MULTILINE)
+def public_names():
+    """The names after `standfast.`."""
     names = set(sf.__all__) - {"__version__", "results", "theory"}
     for holder in ("results", "theory"):
         names |= {f"{holder}.{name}" for name in getattr(sf, holder).__all__}
-    assert sorted(listed) == sorted(names)
+    return sorted(names)
+
+
+def test_each_public_name_is_on_one_page_and_in_the_index():
+    found = {}
+    for page in DOCS.rglob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        for name in re.findall(r"^::: standfast\.([\w.]+)$", text, re.MULTILINE):
+            found.setdefault(name, []).append(page.relative_to(DOCS).as_posix())
+    assert sorted(found) == public_names()
+    index = (DOCS / "api.md").read_text(encoding="utf-8")
+    rows = re.findall(
+        r"^\| \[`([\w.]+)`\]\((\S+)#standfast\.([\w.]+)\) \|", index, re.M
+    )
+    assert sorted(name for name, _, _ in rows) == public_names()
+    for name, page, anchor in rows:
+        assert anchor == name
+        assert found[name] == [page]
+
+
+def test_a_page_is_named_after_what_it_has():
+    """The search finds titles first."""
+    for page in (DOCS / "api").glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        title = re.match("# (.*): ", text)[1].split(", ")
+        names = re.findall(r"^::: standfast\.([\w.]+)$", text, re.MULTILINE)
+        assert (
+            set(title) & {name.split(".")[-1] for name in names} or page.stem in title
+        )
 
 
 def test_links_of_the_pages_stay_in_the_site():
     """Other files of the project are named, not linked: the site does not have them."""
-    for page in DOCS.glob("*.md"):
+    for page in DOCS.rglob("*.md"):
         text = page.read_text(encoding="utf-8")
         for link in re.findall(r"\]\(([^)#]+)", text):
             if "://" not in link:
-                assert (DOCS / link).is_file(), (page.name, link)
-                assert not link.startswith(".."), (page.name, link)
+                file = (page.parent / link).resolve()
+                assert file.is_file(), (page.name, link)
+                assert file.is_relative_to(DOCS), (page.name, link)
 
 
 def test_the_gallery_shows_each_of_its_pictures_twice():

@@ -9,12 +9,20 @@ use standfast::Error;
 use crate::input;
 use crate::interrupt::interruptible;
 
-/// The answer to a question, both as JSON: the vocabulary of the pages. Questions are {"ask": "scene" | "posture" | "motion" | "map",
-/// "scene": {...}, ...}, with a scene in the form of the scene files, or as a text in TOML; the page of the crate lists them. Where there
-/// is no answer, it is {"error": "..."}.
+/// The answer to a question, both as JSON: the vocabulary of the pages. Questions are {"ask": "scene" |
+/// "posture" | "motion" | "map", "scene": {...}, ...}, with a scene in the form of the scene files, or
+/// as a text in TOML; the page of the crate lists them. Where there is no answer, it is {"error":
+/// "..."}.
 ///
-/// question : str. seconds : time after which the answer is the error "stopped", s > 0; None: no limit.
+/// Parameters
+/// ----------
+/// question : str
+///     As JSON.
+/// seconds : float or None, s, > 0, default None
+///     Time after which the answer is the error "stopped"; None: no limit.
 ///
+/// Examples
+/// --------
 /// >>> import json, standfast as sf
 /// >>> scene = """
 /// ... gravity = 9.81

@@ -18,11 +18,24 @@ use crate::mechanism::PyMechanism;
 
 /// A rigid body of a System, in its place.
 ///
-/// mass : kg. gyration_radius : m. center_of_mass : (2,) m. outline : (n, 2) m, its corners in order: a polygon whose sides meet only at its
-/// corners. friction : of its contacts, or None for that of the System; where two bodies have one, the smaller one counts.
+/// Parameters
+/// ----------
+/// mass : float, kg
+/// gyration_radius : float, m
+/// center_of_mass : (2,) array_like, m
+/// outline : (n, 2) array_like, m
+///     Its corners in order: a polygon whose sides meet only at its corners.
+/// friction : float or None, default None
+///     Of its contacts; None: that of the System. Where two bodies have one, the smaller one
+///     counts.
 ///
-/// Raises ValueError naming the field, its value and the allowed range.
+/// Raises
+/// ------
+/// ValueError
+///     Names the field, its value and the allowed range.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> sf.Rigid(2, 0.5, (0, 1), [(-1, 0), (1, 0), (0, 3)]).mass
 /// 2.0
@@ -45,8 +58,18 @@ impl PyRigid {
         body.checked().map(Self).map_err(|e| to_py(&e))
     }
 
-    /// A polygon of uniform density, kg/m². vertices : (n, 2) m, its corners in order.
+    /// A polygon of uniform density.
     ///
+    /// Parameters
+    /// ----------
+    /// vertices : (n, 2) array_like, m
+    ///     Its corners in order.
+    /// density : float, kg/m², > 0, default 1.0
+    /// friction : float or None, default None
+    ///     Of its contacts; None: that of the System.
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> sf.Rigid.polygon([(0, 0), (3, 0), (0, 3)]).center_of_mass
     /// array([1., 1.])
@@ -113,9 +136,19 @@ fn with_friction(made: Result<Rigid, Error>, friction: Option<f64>) -> PyResult<
 
 /// A rectangle of uniform density, a Rigid.
 ///
-/// width, height : m. at : (2,) m, the middle of its lower side. turn : angle about this point, counterclockwise, rad. density : kg/m².
-/// friction : of its contacts, or None for that of the System.
+/// Parameters
+/// ----------
+/// width, height : float, m
+/// at : (2,) array_like, m, default (0, 0)
+///     The middle of its lower side.
+/// turn : float, rad, default 0.0
+///     Angle about this point, counterclockwise.
+/// density : float, kg/m², default 1.0
+/// friction : float or None, default None
+///     Of its contacts; None: that of the System.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> sf.Block(2, 1, at=(0, 3)).center_of_mass
 /// array([0. , 3.5])
@@ -134,8 +167,17 @@ pub(crate) fn block(
 
 /// A contact of a System, between two bodies or between a body and the ground.
 ///
-/// body : name of the body that is pushed along the normal. on : name of the other body, or None for the ground. point : (2,) m. slope : angle of the tangent
-/// (cos, sin), rad; the normal is (−sin, cos), into `body`. friction : μ.
+/// Parameters
+/// ----------
+/// body : str or int
+///     Name of the body that is pushed along the normal.
+/// on : str, int or None
+///     Name of the other body, or None for the ground.
+/// point : (2,) array_like, m
+/// slope : float, rad, default 0.0
+///     Angle of the tangent (cos, sin); the normal is (−sin, cos), into `body`.
+/// friction : float, default 0.0
+///     Coefficient of friction μ.
 #[pyclass(frozen, eq, name = "SystemContact", module = "standfast")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PySystemContact {
@@ -216,16 +258,35 @@ pub(crate) fn name(field: &str, value: &Bound<'_, PyAny>) -> PyResult<String> {
 
 /// An assembly of rigid bodies in their places: bodies that stand on each other and on the ground.
 ///
-/// bodies : {name: Rigid or Block}, or a list, whose bodies are called "1", "2", …. contacts : "touching": found where the outlines touch, two for
-/// each pair of flush sides, at the ends of their overlap, and one for a corner on a side; or SystemContact objects. friction : of contacts that are found, where no
-/// body has one. ground : height of level ground, m; or (n, 2) m, a line from left to right, with the ground below; or None. gravity : m/s². restitution : in [0, 1].
-/// tangential_restitution : in [0, 1), for impact laws that use it.
+/// `contact_modes`, `static_forces`, `friction_margin`, `stability` and `simulate` take it as the
+/// Mechanism `system.mechanism`, with q = (x, y, θ) of the centre of mass of each body; 64 contacts at
+/// most. `onset` and `load_factor` take it with hundreds of bodies. Small motions: the directions of
+/// the contacts do not change.
 ///
-/// `contact_modes`, `static_forces`, `friction_margin`, `stability` and `simulate` take it as the Mechanism `system.mechanism`, with q = (x, y, θ) of the centre of
-/// mass of each body; 64 contacts at most. `onset` and `load_factor` take it with hundreds of bodies. Small motions: the directions of the contacts do not change.
+/// Parameters
+/// ----------
+/// bodies : dict or sequence of Rigid
+///     {name: Rigid or Block}, or a list, whose bodies are called "1", "2", ….
+/// contacts : {"touching"} or sequence of SystemContact, default "touching"
+///     "touching": found where the outlines touch, two for each pair of flush sides, at the ends of
+///     their overlap, and one for a corner on a side; or SystemContact objects.
+/// friction : float, default 0.5
+///     Of contacts that are found, where no body has one.
+/// ground : float, array_like or None, default 0.0
+///     Height of level ground, m; or (n, 2) m, a line from left to right, with the ground below; or
+///     None.
+/// gravity : float, m/s², default 9.81
+/// restitution : float, in [0, 1], default 0.0
+/// tangential_restitution : float, in [0, 1), default 0.0
+///     For impact laws that use it.
 ///
-/// Raises ValueError naming the field, its value and what is allowed; bodies that overlap are named.
+/// Raises
+/// ------
+/// ValueError
+///     Names the field, its value and what is allowed; bodies that overlap are named.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> stack = sf.System({"low": sf.Block(1, 1), "high": sf.Block(1, 1, at=(0.3, 1))})
 /// >>> stack.contact_names[2:]
@@ -348,16 +409,37 @@ impl PySystem {
         self.0.mechanism().map(PyMechanism).map_err(|e| to_py(&e))
     }
 
-    /// Draws the bodies, the ground and the contacts; with forces also the force of each joint: a line along the force through the point where it acts,
-    /// with a length that is its size. Of the two contacts of flush sides it is the sum. The points are joined within bodies that have
-    /// two such joints: the line of thrust. Forces at the limit of friction have another colour. Returns the matplotlib.figure.Figure, or `ax` if it is given.
+    /// Draws the bodies, the ground and the contacts; with forces also the force of each joint: a line
+    /// along the force through the point where it acts, with a length that is its size. Of the two contacts
+    /// of flush sides it is the sum. The points are joined within bodies that have two such joints: the
+    /// line of thrust. Forces at the limit of friction have another colour.
     ///
-    /// forces : (contacts, 2) tangential and normal, N, such as `SystemMode.forces` and `LoadFactor.forces`.
-    /// path : file of the new figure; the suffix determines the format. ax : matplotlib axes.
+    /// Parameters
+    /// ----------
+    /// forces : (contacts, 2) array_like or None, N, default None
+    ///     Tangential and normal, such as `SystemMode.forces` and `LoadFactor.forces`.
+    /// path : path_like or None, default None
+    ///     File of the new figure; the suffix determines the format.
+    /// ax : matplotlib Axes or None, default None
     ///
-    /// Raises ValueError naming the argument, for a suffix that is no picture format, and for both `path` and `ax`; TypeError if `ax` is no axes; OSError if the
-    /// file cannot be written. Needs matplotlib (extra `plot`).
+    /// Returns
+    /// -------
+    /// matplotlib Figure or Axes
+    ///     The matplotlib.figure.Figure, or `ax` if it is given.
     ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Names the argument; for a suffix that is no picture format, and for both `path` and `ax`.
+    /// TypeError
+    ///     If `ax` is no axes.
+    /// OSError
+    ///     If the file cannot be written.
+    /// ImportError
+    ///     Without matplotlib (extra `plot`).
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> stack = sf.System([sf.Block(1, 0.5), sf.Block(1, 0.5, at=(0.3, 0.5))])
     /// >>> figure = stack.plot(forces=sf.onset(stack).forces)
@@ -525,15 +607,29 @@ fn some_system<'a>(value: &'a Bound<'_, PyAny>) -> PyResult<&'a Bound<'a, PySyst
     value.cast::<PySystem>().map_err(|_| input::wrong_type("system", value, "a System is needed"))
 }
 
-/// How much of a load a System holds: the largest multiple that contact forces can balance, and the smallest at which a contact mode moves.
+/// How much of a load a System holds: the largest multiple that contact forces can balance, and the
+/// smallest at which a contact mode moves.
 ///
-/// system : System. load : {body: (fx, fy, moment)}, N and N m about its centre of mass. acceleration : (2,) m/s², in place of load: it acts like
-/// gravity on every body.
+/// Parameters
+/// ----------
+/// system : System
+/// load : dict or None, default None
+///     {body: (fx, fy, moment)}, N and N m about its centre of mass.
+/// acceleration : (2,) array_like or None, m/s², default None
+///     In place of load: it acts like gravity on every body.
 ///
-/// Returns a LoadFactor; None if contact forces balance no multiple ≥ 0 of the load.
+/// Returns
+/// -------
+/// LoadFactor or None
+///     A LoadFactor; None if contact forces balance no multiple ≥ 0 of the load.
 ///
-/// Raises ValueError naming the argument.
+/// Raises
+/// ------
+/// ValueError
+///     Names the argument.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> brick = sf.System([sf.Block(2, 1)], gravity=10)      # friction 1/2
 /// >>> factor = sf.load_factor(brick, acceleration=(1, 0))
@@ -568,12 +664,29 @@ pub(crate) fn load_factor(
 
 /// One contact mode of a System at rest, of any size: it holds, or this is how it begins to move.
 ///
-/// system : System. load, acceleration : as for `load_factor`, or none. factor : the multiple of the load that acts beside gravity.
+/// Parameters
+/// ----------
+/// system : System
+/// load : dict or None, default None
+///     {body: (fx, fy, moment)}, N and N m about its centre of mass.
+/// acceleration : (2,) array_like or None, m/s², default None
+///     In place of load: it acts like gravity on every body.
+/// factor : float, default 1.0
+///     The multiple of the load that acts beside gravity.
 ///
-/// Returns a SystemMode; None if none was found. Forces that hold the system come first; of several other modes it is one. `contact_modes` finds all modes of up to six contacts.
+/// Returns
+/// -------
+/// SystemMode or None
+///     A SystemMode; None if none was found. Forces that hold the system come first; of several
+///     other modes it is one. `contact_modes` finds all modes of up to six contacts.
 ///
-/// Raises ValueError naming the argument.
+/// Raises
+/// ------
+/// ValueError
+///     Names the argument.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> bricks = sf.System([sf.Block(2, 1, at=(3 * k, 0)) for k in range(100)], gravity=10)      # a row of bricks, friction 1/2
 /// >>> mode = sf.onset(bricks, acceleration=(10, 0), factor=0.7)      # all slide
@@ -596,8 +709,17 @@ pub(crate) fn onset(
 
 /// A contact mode of a System at rest.
 ///
-/// system : System. word : a letter for each contact: S separate, F fixed, R or L sliding. acceleration : (dof,) x, y and theta of each body, m/s² and rad/s². forces :
-/// (contacts, 2) tangential and normal, N; where several are possible, one of them. factor : the multiple of the load that acts beside gravity.
+/// Parameters
+/// ----------
+/// system : System
+/// word : str
+///     a letter for each contact: S separate, F fixed, R or L sliding.
+/// acceleration : (dof,) array_like, m/s² and rad/s²
+///     x, y and theta of each body.
+/// forces : (contacts, 2) array_like, N
+///     Tangential and normal; where several are possible, one of them.
+/// factor : float, default 1.0
+///     The multiple of the load that acts beside gravity.
 #[pyclass(frozen, eq, name = "SystemMode", module = "standfast.results")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PySystemMode {
@@ -665,14 +787,33 @@ impl PySystemMode {
         slf.py().import("standfast.table")?.call_method1("system_mode_table", (slf,))
     }
 
-    /// Draws how the system begins to move: its bodies moved along their accelerations, with marks where contacts open, slide and are hinges; or, if it
-    /// holds, the forces that hold it. Returns the matplotlib.figure.Figure, or `ax` if it is given.
+    /// Draws how the system begins to move: its bodies moved along their accelerations, with marks where
+    /// contacts open, slide and are hinges; or, if it holds, the forces that hold it.
     ///
-    /// path : file of the new figure; the suffix determines the format. ax : matplotlib axes.
+    /// Parameters
+    /// ----------
+    /// path : path_like or None, default None
+    ///     File of the new figure; the suffix determines the format.
+    /// ax : matplotlib Axes or None, default None
     ///
-    /// Raises ValueError for a suffix that is no picture format, and for both `path` and `ax`; TypeError if `ax` is no axes; OSError if the
-    /// file cannot be written. Needs matplotlib (extra `plot`).
+    /// Returns
+    /// -------
+    /// matplotlib Figure or Axes
+    ///     The matplotlib.figure.Figure, or `ax` if it is given.
     ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     For a suffix that is no picture format, and for both `path` and `ax`.
+    /// TypeError
+    ///     If `ax` is no axes.
+    /// OSError
+    ///     If the file cannot be written.
+    /// ImportError
+    ///     Without matplotlib (extra `plot`).
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> stack = sf.System([sf.Block(1, 0.5), sf.Block(1, 0.5, at=(0.6, 0.5))])
     /// >>> sf.onset(stack).plot().axes[0].get_title(loc="left")
@@ -706,10 +847,22 @@ impl PySystemMode {
 
 /// How much of a load a System holds.
 ///
-/// system : System. static : the largest multiple of the load that contact forces within the friction cones can balance; inf if there is no bound. forces : (contacts, 2) tangential and
-/// normal, N, that balance it (without the load if there is no bound). moves : the least multiple at which a contact opens or slides in a contact mode; inf if none does. It is less
-/// than `static` where forces can balance what need not stand. mode : a SystemMode that moves, at a load just above; or None. complete : whether `moves` is the least of all words; of systems of more than eight contacts only the word just above
-/// the static factor is tried.
+/// Parameters
+/// ----------
+/// system : System
+/// static : float
+///     The largest multiple of the load that contact forces within the friction cones can balance;
+///     inf if there is no bound.
+/// forces : (contacts, 2) array_like, N
+///     Tangential and normal forces that balance it (without the load if there is no bound).
+/// moves : float
+///     The least multiple at which a contact opens or slides in a contact mode; inf if none does.
+///     It is less than `static` where forces can balance what need not stand.
+/// mode : SystemMode or None
+///     a SystemMode that moves, at a load just above; or None.
+/// complete : bool
+///     Whether `moves` is the least of all words; of systems of more than eight contacts only the
+///     word just above the static factor is tried.
 #[pyclass(frozen, eq, name = "LoadFactor", module = "standfast.results")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyLoadFactor {
@@ -768,14 +921,33 @@ impl PyLoadFactor {
         self.complete
     }
 
-    /// Draws the forces at the static factor beside the mode that moves; into `ax` only the mode. Without a mode only the forces are drawn, and the title says so.
-    /// Returns the matplotlib.figure.Figure, or `ax` if it is given.
+    /// Draws the forces at the static factor beside the mode that moves; into `ax` only the mode. Without a
+    /// mode only the forces are drawn, and the title says so.
     ///
-    /// path : file of the new figure; the suffix determines the format. ax : matplotlib axes.
+    /// Parameters
+    /// ----------
+    /// path : path_like or None, default None
+    ///     File of the new figure; the suffix determines the format.
+    /// ax : matplotlib Axes or None, default None
     ///
-    /// Raises ValueError for a suffix that is no picture format, and for both `path` and `ax`; TypeError if `ax` is no axes; OSError if the
-    /// file cannot be written. Needs matplotlib (extra `plot`).
+    /// Returns
+    /// -------
+    /// matplotlib Figure or Axes
+    ///     The matplotlib.figure.Figure, or `ax` if it is given.
     ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     For a suffix that is no picture format, and for both `path` and `ax`.
+    /// TypeError
+    ///     If `ax` is no axes.
+    /// OSError
+    ///     If the file cannot be written.
+    /// ImportError
+    ///     Without matplotlib (extra `plot`).
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> brick = sf.System([sf.Block(2, 1)], gravity=10)
     /// >>> figure = sf.load_factor(brick, acceleration=(1, 0)).plot()

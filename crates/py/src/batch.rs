@@ -18,8 +18,11 @@ use crate::options;
 use crate::posture::PyPosture;
 use crate::run::{PyRun, interruptible_run};
 
-/// The results of many runs, as arrays with one entry for each run. `runs[i]` repeats run i, with all its events.
+/// The results of many runs, as arrays with one entry for each run. `runs[i]` repeats run i, with all
+/// its events.
 ///
+/// Examples
+/// --------
 /// >>> import numpy as np
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
@@ -278,15 +281,35 @@ fn spread<T: Copy>(field: &str, values: Vec<T>, count: usize) -> PyResult<Vec<T>
     }
 }
 
-/// The motions of many postures, or of one posture from many states, as Runs.
+/// The motions of many postures, or of one posture from many states.
 ///
-/// posture : Posture, or a sequence of N of them. q, qdot : (N, 3), or (3,) for the same value in each run. kicks, forces : as
-/// for `simulate`, the same in each run. ground_motion : GroundMotion or None, the same in each run, or a sequence of N of them. threads : number of
-/// threads; None uses every core, with at least 16 runs for each. The other keywords are those of `simulate`; `record` and `certify`
-/// have no effect here: use runs[i], which repeats run i with all its events. Each run has the same result, to the last bit, as a
-/// call of `simulate`, with any number of threads.
+/// Each run has the same result, to the last bit, as a call of `simulate`, with any number of threads.
 ///
-/// Raises ValueError naming the field, its value and the allowed range, and the first run with a wrong value, from 0.
+/// Parameters
+/// ----------
+/// posture : Posture or sequence of N Postures
+/// q, qdot : (N, 3) or (3,) array_like
+///     Start of each run, or the same in each run: m, m, rad and per second.
+/// kicks, forces : sequence of Kick, of Force, default ()
+///     As for `simulate`, the same in each run.
+/// ground_motion : GroundMotion, sequence of GroundMotion or None, default None
+///     The same in each run, or a sequence of N of them.
+/// model, impact, simultaneous, stop, time, time_limit, event_limit, sensitivity_limit, neighbourhood, edges, jams : see simulate
+///     As for `simulate`.
+/// record, certify : bool, default False
+///     They have no effect here: use runs[i], which repeats run i with all its events.
+/// threads : int or None, default None
+///     Number of threads; None uses every core, with at least 16 runs for each.
+///
+/// Returns
+/// -------
+/// Runs
+///
+/// Raises
+/// ------
+/// ValueError
+///     Names the field, its value and the allowed range, and the first run with a wrong value, from
+///     0.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "the keywords of the function in Python")]
 #[pyo3(signature = (posture, q, qdot, *, kicks=Vec::new(), forces=Vec::new(), ground_motion=vec![None], threads=None, **options), text_signature = "(posture, q, qdot, *, kicks=(), forces=(), ground_motion=None, model=\"auto\", impact=\"auto\", simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, sensitivity_limit=None, neighbourhood=1e999, edges=\"contact\", jams=\"none\", record=False, certify=False, threads=None)")]

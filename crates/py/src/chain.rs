@@ -14,9 +14,17 @@ use crate::posture::PyPosture;
 
 /// A straight link of a chain. `Chain` checks the values.
 ///
-/// mass : kg, ≥ 0. inertia : kg m², ≥ 0, about its own centre of mass. length : m, > 0. center : m, distance of its centre of mass from
-/// its near end along its axis; None: half the length.
+/// Parameters
+/// ----------
+/// mass : float, kg, ≥ 0
+/// inertia : float, kg m², ≥ 0
+///     About its own centre of mass.
+/// length : float, m, > 0
+/// center : float or None, m, default None
+///     Distance of its centre of mass from its near end along its axis; None: half the length.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> sf.Link(mass=1.0, inertia=1/12, length=1.0)
 /// Link(mass=1.0, inertia=0.08333333333333333, length=1.0)
@@ -72,13 +80,27 @@ impl PyLink {
     }
 }
 
-/// A hinge between a link and its parent, or between link 1 of a pinned chain and the world. `Chain` checks the values.
+/// A hinge between a link and its parent, or between link 1 of a pinned chain and the world. `Chain`
+/// checks the values.
 ///
-/// kind : "locked", it does not turn, or "torque", it turns under a constant torque. torque : N m, on the joint coordinate; a locked joint
-/// ignores it. armature : kg m², ≥ 0, inertia of a rotor reflected through its gear. parent : number of the parent link, from 1; None: the
-/// link before. at : m, where the joint is, along the parent from its near end; None: at its length. angle : rad in (−π, π], of the
-/// link's axis from that of its parent (of link 1 of a pinned chain: from +x) at joint coordinate 0.
+/// Parameters
+/// ----------
+/// kind : {"locked", "torque"}
+///     It does not turn, or it turns under a constant torque.
+/// torque : float, N m, default 0.0
+///     On the joint coordinate; a locked joint ignores it.
+/// armature : float, kg m², ≥ 0, default 0.0
+///     Inertia of a rotor reflected through its gear.
+/// parent : int or None, default None
+///     Number of the parent link, from 1; None: the link before.
+/// at : float or None, m, default None
+///     Where the joint is, along the parent from its near end; None: at its length.
+/// angle : float, rad, in (−π, π], default 0.0
+///     Angle of the link's axis from that of its parent (of link 1 of a pinned chain:
+///     from +x) at joint coordinate 0.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> sf.Joint("torque", torque=-3)
 /// Joint('torque', torque=-3.0)
@@ -161,11 +183,27 @@ impl PyJoint {
     }
 }
 
-/// A point of a link on its ground, a straight line of `slope`, or a disc about such a point. A flat foot has two of them on its link. `Chain` checks the values.
+/// A point of a link on its ground, a straight line of `slope`, or a disc about such a point. A flat
+/// foot has two of them on its link. `Chain` checks the values.
 ///
-/// link : number of the link, from 1. at : m, along the link from its near end; None: its far end. radius : m, ≥ 0, of the disc; 0: a point. slope : rad in (−π, π], as of Contact.
-/// friction : μ, from 0 to 1e6. restitution : in [0, 1], or None for that of the chain. tangential_restitution : in [0, 1).
+/// Parameters
+/// ----------
+/// link : int
+///     Number of the link, from 1.
+/// at : float or None, m, default None
+///     Along the link from its near end; None: its far end.
+/// radius : float, m, ≥ 0, default 0.0
+///     Of the disc; 0: a point.
+/// slope : float, rad, in (−π, π], default 0.0
+///     As of `Contact`.
+/// friction : float, from 0 to 1e6, default 0.0
+///     Coefficient of friction μ.
+/// restitution : float or None, in [0, 1], default None
+///     None: that of the chain.
+/// tangential_restitution : float, in [0, 1), default 0.0
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> sf.Foot(2, friction=0.5)
 /// Foot(2, friction=0.5)
@@ -258,16 +296,34 @@ impl PyFoot {
 /// Ends of links, and points of feet.
 type LinksAndFeet<'py> = (Bound<'py, PyArrayDyn<f64>>, Bound<'py, PyArrayDyn<f64>>);
 
-/// A planar open chain (tree) of straight links on hinges: a robot with feet, or an arm. At a configuration q it gives a Mechanism.
+/// A planar open chain (tree) of straight links on hinges: a robot with feet, or an arm. At a
+/// configuration q it gives a Mechanism.
 ///
-/// base : "floating", q = (x, y, θ, joint coordinates) with the near end (x, y) of link 1 and the angle θ of its axis from +x; or "pinned", q =
-/// joint coordinates, and the first joint hinges link 1 at the origin. links : Link objects, numbered from 1, each after its parent.
-/// joints : Joint objects: joint k connects link k + 1 of a floating chain, link k of a pinned one. feet : Foot objects, which all touch the
-/// ground. gravity : m/s², ≥ 0, downwards. restitution : in [0, 1].
+/// The angle of a link is that of its parent plus the angle of its joint plus the joint coordinate.
 ///
-/// The angle of a link is that of its parent plus the angle of its joint plus the joint coordinate. Raises ValueError naming the field, its
-/// value and the allowed range.
+/// Parameters
+/// ----------
+/// base : {"floating", "pinned"}
+///     "floating", q = (x, y, θ, joint coordinates) with the near end (x, y) of link 1 and the
+///     angle θ of its axis from +x; or "pinned", q = joint coordinates, and the first joint hinges
+///     link 1 at the origin.
+/// links : sequence of Link, default ()
+///     Numbered from 1, each after its parent.
+/// joints : sequence of Joint, default ()
+///     Joint k connects link k + 1 of a floating chain, link k of a pinned one.
+/// feet : sequence of Foot, default ()
+///     They all touch the ground.
+/// gravity : float, m/s², ≥ 0, default 9.81
+///     Downwards.
+/// restitution : float, in [0, 1], default 0.0
 ///
+/// Raises
+/// ------
+/// ValueError
+///     Names the field, its value and the allowed range.
+///
+/// Examples
+/// --------
 /// >>> import math
 /// >>> import standfast as sf
 /// >>> hip = sf.Joint("torque", parent=1, at=0, angle=-math.pi/2)
@@ -339,11 +395,21 @@ impl PyChain {
 
     /// The Mechanism of this chain at q : (dof,) m, rad. Locked joints are its locked coordinates.
     ///
-    /// torques : None, the joints have their own torques; "holding" or "least", those of `holding_torques`, its choice or the least ones; or an
-    /// array, N m, one for each joint of kind "torque". If no torques hold the chain, "holding" and "least" are zero: the verdict on it is
-    /// "unstable" by "not-equilibrium".
+    /// Parameters
+    /// ----------
+    /// q : (dof,) array_like
+    ///     The configuration.
+    /// torques : {"holding", "least"}, array_like or None, default None
+    ///     None, the joints have their own torques; "holding" or "least", those of `holding_torques`,
+    ///     its choice or the least ones; or an array, N m, one for each joint of kind "torque". If no
+    ///     torques hold the chain, "holding" and "least" are zero: the verdict on it is "unstable" by
+    ///     "not-equilibrium".
     ///
-    /// Raises ValueError for a q that is not finite or has angles beyond ±2π, a mass matrix that is not positive definite, or no feet.
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     For a q that is not finite or has angles beyond ±2π, a mass matrix that is not positive
+    ///     definite, or no feet.
     #[pyo3(signature = (q, torques=None))]
     fn mechanism(
         &self,
@@ -360,7 +426,15 @@ impl PyChain {
 
     /// This chain at q : (dof,) with all joints locked, as a Posture: a rigid body that stands on its feet.
     ///
-    /// Raises ValueError as `mechanism` does, and for a pinned chain, which does not move if its joints are locked.
+    /// Parameters
+    /// ----------
+    /// q : (dof,) array_like
+    ///     The configuration.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     As `mechanism` does, and for a pinned chain, which does not move if its joints are locked.
     fn posture(
         &self,
         #[pyo3(from_py_with = input::coordinates)] q: Vec<f64>,
@@ -368,12 +442,23 @@ impl PyChain {
         self.0.posture(&q).map(PyPosture).map_err(|e| to_py(&e))
     }
 
-    /// The joint torques and contact forces that hold the chain at q : (dof,) without motion, as HoldingTorques; None if there are none.
+    /// The joint torques and contact forces that hold the chain at q : (dof,) without motion, as
+    /// HoldingTorques; None if there are none.
     ///
-    /// contacts : numbers of the feet that carry forces, from 1; None: all. choose : "middle", the middle of `internal_force` if there is one internal force
-    /// with a bounded interval, otherwise as "least"; or "least", the least Σ τ² within the friction cones, and with these torques the least
-    /// forces. The least torques often put a contact on the border of its cone.
+    /// Parameters
+    /// ----------
+    /// q : (dof,) array_like
+    ///     The configuration.
+    /// contacts : sequence of int or None, default None
+    ///     Numbers of the feet that carry forces, from 1; None: all.
+    /// choose : {"middle", "least"}
+    ///     "middle", the middle of `internal_force` if there is one internal force with a bounded
+    ///     interval, otherwise as "least"; or "least", the least Σ τ² within the friction cones, and
+    ///     with these torques the least forces. The least torques often put a contact on the border of
+    ///     its cone.
     ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> rod = sf.Link(mass=1, inertia=1/12, length=1)
     /// >>> arm = sf.Chain("pinned", [rod, rod], [sf.Joint("torque"), sf.Joint("torque")], gravity=10)
@@ -391,8 +476,16 @@ impl PyChain {
         held.map(|held| PyHoldingTorques::new(held, choose, slf, q)).transpose()
     }
 
-    /// Where the chain is at q : (dof,): near and far end of each link, (links, 2, 2) m, and the points of the feet, (feet, 2) m.
+    /// Where the chain is at q : (dof,): near and far end of each link, (links, 2, 2) m, and the points of
+    /// the feet, (feet, 2) m.
     ///
+    /// Parameters
+    /// ----------
+    /// q : (dof,) array_like
+    ///     The configuration.
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> rod = sf.Link(mass=1, inertia=1/12, length=1)
     /// >>> arm = sf.Chain("pinned", [rod, rod], [sf.Joint("torque"), sf.Joint("torque")], [sf.Foot(2)])
@@ -410,6 +503,11 @@ impl PyChain {
     }
 
     /// The bias h(q, 0), (dof,) N, N m: the generalised forces that hold the chain against gravity.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : (dof,) array_like
+    ///     The configuration.
     fn bias<'py>(
         &self,
         py: Python<'py>,
@@ -419,6 +517,11 @@ impl PyChain {
     }
 
     /// The centre of mass (x, y) of all links at q : (dof,), m.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : (dof,) array_like
+    ///     The configuration.
     fn center_of_mass(
         &self,
         #[pyo3(from_py_with = input::coordinates)] q: Vec<f64>,

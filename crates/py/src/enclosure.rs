@@ -5,15 +5,26 @@ use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use standfast::outcome::{Enclosure, Uncertain};
 
-/// Intervals that are proved to contain the times of the collisions of a run, up to its first Zeno point. The doubles of the body
-/// (or the LocalModel) and of the start are taken as exact, except that a contact that starts in the terrain within rounding counts
-/// as touching. In the full model gaps must be concave, and the intervals end after some dozens of collisions, because each
-/// collision widens the next interval by a factor of about three. The Zeno point is enclosed in the local model only.
+/// Intervals that are proved to contain the times of the collisions of a run, up to its first Zeno
+/// point. The doubles of the body (or the LocalModel) and of the start are taken as exact, except that
+/// a contact that starts in the terrain within rounding counts as touching. In the full model gaps must
+/// be concave, and the intervals end after some dozens of collisions, because each collision widens the
+/// next interval by a factor of about three. The Zeno point is enclosed in the local model only.
 ///
-/// impacts : structured array with the fields contact (from 1), index (from 0), low, high (s after the start). It is also proved
-/// that these collisions happen, in this order. zeno : (low, high), s after the start, of the first Zeno point, or None. contacts :
-/// the contacts that come to rest there. reason : why nothing is proved after the last of the impacts, or None.
+/// Attributes
+/// ----------
+/// impacts : ndarray
+///     Structured array with the fields contact (from 1), index (from 0), low, high (s after the
+///     start). It is also proved that these collisions happen, in this order.
+/// zeno : (float, float) or None, s
+///     (low, high) after the start, of the first Zeno point.
+/// contacts : tuple of int
+///     The contacts that come to rest there.
+/// reason : str or None
+///     Why nothing is proved after the last of the impacts.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
 /// >>> run = sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0), model="local", stop="zeno", certify=True)

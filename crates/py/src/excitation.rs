@@ -122,12 +122,21 @@ pub(crate) fn ground_motions(value: &Bound<'_, PyAny>) -> PyResult<Vec<Option<Gr
     })
 }
 
-/// An impulse on the body at an instant of a run. A contact that it drives into the ground is hit at the same instant, and rebounds with its
-/// restitution: a foot that should stay on the ground while the body is pushed needs restitution 0.
+/// An impulse on the body at an instant of a run. A contact that it drives into the ground is hit at
+/// the same instant, and rebounds with its restitution: a foot that should stay on the ground while the
+/// body is pushed needs restitution 0.
 ///
-/// time : s, on the clock of the run. impulse : (2,) N s. point : (2,) m, the point that it acts on, fixed to the body, at its place in the
-/// nominal posture (outside of the body: as by a lever); None: the centre of mass.
+/// Parameters
+/// ----------
+/// time : float, s
+///     On the clock of the run.
+/// impulse : (2,) array_like, N s
+/// point : (2,) array_like or None, m, default None
+///     The point that the impulse acts on, fixed to the body, at its place in the nominal posture (outside
+///     of the body: as by a lever); None: the centre of mass.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.25, restitution=0.5)
 /// >>> lift = sf.Kick(time=1.0, impulse=(0.0, 1.0))
@@ -180,10 +189,18 @@ impl PyKick {
 
 /// A constant force through the centre of mass of the body, for a time. Several at one time add up.
 ///
-/// start, end : s, on the clock of the run; end after start. force : (2,) N, (x, y), in the frame of the ground.
+/// A force at another point, or a torque, is no acceleration of free fall: ValueError says what to do
+/// instead.
 ///
-/// A force at another point, or a torque, is no acceleration of free fall: ValueError says what to do instead.
+/// Parameters
+/// ----------
+/// start, end : float, s
+///     On the clock of the run; end after start.
+/// force : (2,) array_like, N
+///     (x, y), in the frame of the ground.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> feet = [sf.Contact(point=(x, 0), friction=.5) for x in (-1, 1)]
 /// >>> box = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, .5), contacts=feet, restitution=0, gravity=10)
@@ -247,13 +264,25 @@ impl PyForce {
     }
 }
 
-/// A motion of the ground. An entry of `acceleration` or `tilt` holds from its time to the next one; before the first time the ground is at rest
-/// and level, and the last entry holds for ever. All positions and velocities of the run are relative to the ground.
+/// A motion of the ground. An entry of `acceleration` or `tilt` holds from its time to the next one;
+/// before the first time the ground is at rest and level, and the last entry holds for ever. All
+/// positions and velocities of the run are relative to the ground.
 ///
-/// times : (k,) s, increasing. acceleration : (k, 2) m/s², (x, y), or (k,), horizontal. tilt : (k,) rad, counterclockwise, instead of acceleration; the steps of
-/// the angle are so slow that only the direction of gravity changes. interpolation : of the acceleration between the times, "steps" or "linear":
-/// at a constant rate from each entry to the next, as a record of an earthquake is usually read. Both are exact.
+/// Parameters
+/// ----------
+/// times : (k,) array_like, s
+///     Increasing.
+/// acceleration : (k, 2) or (k,) array_like or None, m/s², default None
+///     (x, y), or horizontal.
+/// tilt : (k,) array_like or None, rad, default None
+///     Counterclockwise, instead of acceleration; the steps of the angle are so slow that only the
+///     direction of gravity changes.
+/// interpolation : {"steps", "linear"}
+///     Of the acceleration between the times: in steps, or "linear": at a constant rate from each
+///     entry to the next, as a record of an earthquake is usually read. Both are exact.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> feet = [sf.Contact(point=(x, 0), friction=1) for x in (-1, 1)]
 /// >>> block = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, 2), contacts=feet, restitution=0, gravity=10)
@@ -289,16 +318,26 @@ impl PyGroundMotion {
         Ok(Self(motion))
     }
 
-    /// The motion of a record: linear between its samples, and at rest before the first one. If the last acceleration is not zero, it becomes zero
-    /// within one more interval.
+    /// The motion of a record: linear between its samples, and at rest before the first one. If the last
+    /// acceleration is not zero, it becomes zero within one more interval.
     ///
-    /// record : path of a file that `read_record` reads, or (times, acceleration) in s and m/s². scale : factor on the acceleration.
+    /// Parameters
+    /// ----------
+    /// record : path_like or (array_like, array_like)
+    ///     Path of a file that `read_record` reads, or (times, acceleration) in s and m/s².
+    /// scale : float, default 1.0
+    ///     Factor on the acceleration.
     ///
+    /// Raises
+    /// ------
+    /// OSError, ValueError
+    ///     As `read_record`.
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> sf.GroundMotion.from_record(([0, 0.1, 0.2], [0, 2, 0]), scale=0.5).acceleration
     /// [(0.0, 0.0), (1.0, 0.0), (0.0, 0.0)]
-    ///
-    /// Raises OSError and ValueError as `read_record`.
     #[staticmethod]
     #[pyo3(signature = (record, scale=1.0))]
     fn from_record(

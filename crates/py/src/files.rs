@@ -11,7 +11,8 @@ use crate::error::to_py;
 /// Time between two checks for Ctrl-C.
 const CHECK_INTERVAL: Duration = Duration::from_millis(10);
 
-/// Writes a file under another name and renames it: complete or not at all. Special files, such as pipes, are written directly.
+/// Writes a file under another name and renames it: complete or not at all. Special files, such as
+/// pipes, are written directly.
 #[pyfunction]
 pub(crate) fn write_whole(py: Python<'_>, path: PathBuf, data: Vec<u8>) -> PyResult<()> {
     if !std::fs::metadata(&path).is_ok_and(|found| !found.is_file()) {

@@ -10,9 +10,15 @@ use crate::input;
 
 /// The torques of joints and the forces of contacts that hold a chain or a mechanism at rest.
 ///
-/// torques, forces : the solution chosen. torque_interval, force_low, force_high : the bounds of
-/// all solutions. Forces are (tangential, normal), N; torques N m.
+/// Attributes
+/// ----------
+/// torques, forces : ndarray
+///     The solution chosen.
+/// torque_interval, force_low, force_high : ndarray
+///     The bounds of all solutions. Forces are (tangential, normal), N; torques N m.
 ///
+/// Examples
+/// --------
 /// >>> import math
 /// >>> import standfast as sf
 /// >>> leg = sf.Link(mass=1, inertia=1/12, length=1)

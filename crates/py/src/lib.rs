@@ -97,44 +97,85 @@ mod _core {
 
     /// The motion of a posture from a state on, event by event.
     ///
-    /// posture : Posture or Mechanism. q, qdot : (3,) m, m, rad and per second; of a mechanism (dof,), the displacement from its posture, m or
-    /// rad, and its rate. A mechanism has the model "local" only, and neither kicks nor ground_motion.
+    /// Parameters
+    /// ----------
+    /// posture : Posture or Mechanism or System
+    /// q : array_like, default (0, 0, 0)
+    ///     Of a body (3,): displacement of the centre of mass and rotation, m, m, rad. Of a mechanism (dof,):
+    ///     displacement from its posture, m or rad.
+    /// qdot : array_like, default (0, 0, 0)
+    ///     Its rate: (3,) m/s, m/s, rad/s; of a mechanism (dof,).
+    /// kicks : sequence of Kick, default ()
+    ///     Impulses on the body. Of a System a dict: one or a list for each name of a body. Of a Mechanism
+    ///     pairs (time, impulse (dof,)).
+    /// forces : sequence of Force, default ()
+    ///     Forces through the centre of mass, each for a time. Of a System a dict, as for kicks. Of a Mechanism
+    ///     pairs (time, load (dof,)): each acts beside its load until the next one.
+    /// ground_motion : GroundMotion or None, default None
+    ///     The motion of the ground; not for a Mechanism.
+    /// model : {"auto", "local", "full"}
+    ///     * "local": all Jacobian rows frozen at q = 0; only for contacts on straight lines without ends, and
+    ///       the only model of a mechanism.
+    ///     * "full": finite rotation.
+    ///     * "auto": the local model where it is exact, because nothing turns the body, else the full model;
+    ///       the full model with kicks, forces or a motion of the ground. `run.model` and `run.model_reason`
+    ///       have the model and the reason.
+    /// impact : {"auto", "newton", "moreau", "poisson", "stronge", "chatterjee-ruina"}
+    ///     The law of impact.
     ///
-    /// model : "local" (all Jacobian rows frozen at q = 0; only for contacts on straight lines without ends), "full" (finite rotation) or
-    /// "auto" (the local model where it is exact, because nothing turns the body, else the full model; run.model and run.model_reason have
-    /// the model and the reason).
+    ///     * "auto": "newton" where no contact has friction, "moreau" where one has; `run.impact` has the law
+    ///       that acted.
+    ///     * "newton": without friction in impacts; `run.warnings` reports where a contact with friction is hit.
+    ///     * the others: with friction.
+    /// simultaneous : {None, "together", "first-contact-first", "last-contact-first"}
+    ///     The rule for contacts that arrive at the same instant: all at once ("newton" and "moreau" only), or
+    ///     one after the other. None: "together" with these two laws, "first-contact-first" with the others.
+    /// stop : {"rest", "zeno", "time"}
+    ///     Where the run ends: at rest, at the first Zeno point, or at time_limit.
+    /// time : float, s, default 0.0
+    ///     Clock at the start.
+    /// time_limit : float or None, s, default None
+    ///     Clock at which the run ends at the latest.
+    /// event_limit : int, default 1_000_000
+    ///     Largest number of events; each collision and each change of the contact modes is one event. With
+    ///     record at most 20 000 000 divided by the number of contacts.
+    /// sensitivity_limit : float or None, default None
+    ///     Growth of a small change of the start at which the run ends, see `run.sensitivity`. With 4.5e15 it
+    ///     ends where not one digit is determined any more. None: no limit.
+    /// neighbourhood : float, m, default inf
+    ///     Displacement of the centre of mass beyond which the body has escaped; it is checked when the kind of
+    ///     motion changes.
+    /// edges : {"contact", "ignore"}
+    ///     What happens where a corner of the ground meets a side of a body with an outline: they touch, see
+    ///     `run.contacts`; or the corner passes through, with a warning for each: the motion from then on is
+    ///     not that of the whole body.
+    /// jams : {"none", "impact"}
+    ///     What happens where a contact slides and no contact mode is consistent (Painlevé).
     ///
-    /// impact : "auto" ("newton" where no contact has friction, "moreau" where one has; run.impact has the law that acted), "newton" (without
-    /// friction in impacts; run.warnings reports where a contact with friction is hit), or with friction "moreau", "poisson", "stronge" or
-    /// "chatterjee-ruina". simultaneous : the rule for contacts that arrive at the same instant: "together" (all at once; with "newton" and
-    /// "moreau" only), "first-contact-first" or "last-contact-first". None takes "together" with these two laws and "first-contact-first" with
-    /// the others.
+    ///     * "none": with Poisson's and Stronge's law an impact without collision follows, with the others the
+    ///       run is "inconsistent".
+    ///     * "impact": with the others a plastic impact follows. It stops all closed contacts if their friction
+    ///       can, else the one that jams.
+    /// record : bool, default True
+    ///     Whether the trajectory is stored.
+    /// certify : bool, default False
+    ///     Whether to compute intervals that are proved to contain the times of the collisions and, in the local
+    ///     model, of the first Zeno point (`run.enclosure`). For one or two contacts, impacts without friction
+    ///     and terrain without ends.
     ///
-    /// stop : "rest", "zeno" (at the first Zeno point) or "time" (at time_limit). time : clock at the start, s. time_limit : clock at
-    /// which the run ends at the latest, s. event_limit : largest number of events; each collision and each change of the contact
-    /// modes is one event; with record at most 20 000 000 divided by the number of contacts. sensitivity_limit : growth of a small
-    /// change of the start at which the run ends, see `run.sensitivity`; with 4.5e15 it ends where not one digit is determined any more; None: no
-    /// limit. neighbourhood : displacement of the
-    /// centre of mass, m, beyond which the body has escaped; it is checked when the kind of motion changes.
+    /// Returns
+    /// -------
+    /// Run
+    ///     With any kicks, forces or motion of the ground, a state of rest is left at the next kick, or change of
+    ///     the forces or of the ground.
     ///
-    /// edges : what happens where a corner of the ground meets a side of a body with an outline: "contact" (they touch, see `run.contacts`) or
-    /// "ignore" (the corner passes through, with a warning for each: the motion from then on is not that of the whole body).
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Names the field, its value and the allowed range.
     ///
-    /// jams : what happens where a contact slides and no contact mode is consistent (Painlevé): "none" (with Poisson's and Stronge's law an
-    /// impact without collision follows, with the others the run is "inconsistent") or "impact" (with the others a plastic impact
-    /// follows: it stops all closed contacts if their friction can, else the one that jams).
-    ///
-    /// record : whether the trajectory is stored. certify : whether to
-    /// compute intervals that are proved to contain the times of the collisions and, in the local model, of the first Zeno point
-    /// (run.enclosure); for one or two contacts, impacts without friction and terrain without ends.
-    ///
-    /// kicks : sequence of Kick, impulses on the body. forces : sequence of Force, through its centre of mass, each for a time. ground_motion :
-    /// GroundMotion, the motion of the ground, or None. Of a System `kicks` and `forces` are dicts, one or a list for each name of a body; of a Mechanism
-    /// kicks are pairs (time, impulse (dof,)), and forces pairs (time, load (dof,)): each acts beside its load until the next one. Of a body, with any of them, "auto" takes the full model, and a state of rest is left at the
-    /// next kick, or change of the forces or of the ground.
-    ///
-    /// Raises ValueError naming the field, its value and the allowed range.
-    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> ball = sf.Posture(mass=1, gyration_radius=1, center_of_mass=(0, 0),
     /// ...                   contacts=[sf.Contact(point=(0, 0))], restitution=0.5, gravity=10)

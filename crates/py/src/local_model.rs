@@ -25,11 +25,22 @@ const OF_A_BODY: [&str; 5] = ["model", "impact", "neighbourhood", "edges", "jams
 /// Number of states between two checks for Ctrl-C.
 const STATES: usize = 256;
 
-/// The motion of two gaps with a constant Jacobian and without friction (Or & Rimon 2008), given by its parameters.
+/// The motion of two gaps with a constant Jacobian and without friction (Or & Rimon 2008), given by its
+/// parameters.
 ///
-/// gravity : (g_1, g_2) m/s²; negative where gravity points away from the ground. psi : (ψ_1, ψ_2), coupling of the gap rates in an
-/// impact: both zero, or of one sign, with ψ_1ψ_2 ≤ 1. phi : (φ_1, φ_2) 1/m, coupling of an impact to the rotation. restitution : e, or (e_1, e_2), in [0, 1].
+/// Parameters
+/// ----------
+/// gravity : (2,) array_like, m/s²
+///     (g_1, g_2), negative where gravity points away from the ground.
+/// psi : (2,) array_like
+///     (ψ_1, ψ_2), coupling of the gap rates in an impact: both zero, or of one sign, with ψ_1ψ_2 ≤ 1.
+/// phi : (2,) array_like, 1/m
+///     (φ_1, φ_2), coupling of an impact to the rotation.
+/// restitution : float or (2,) array_like, in [0, 1]
+///     e, or (e_1, e_2).
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
 /// >>> run = local.simulate(gaps=(0.0, 0.1), rates=(0.1, -1.9), stop="zeno")
@@ -73,11 +84,22 @@ impl PyLocalModel {
         self.0.restitution().into()
     }
 
-    /// Simulates the gaps and the rotation from a start: gaps : (2,) m, rates : (2,) m/s, theta : rad, omega : rad/s.
+    /// Simulates the gaps and the rotation from a start:
     ///
-    /// The other keywords are those of `standfast.simulate`, without model, impact, neighbourhood, edges, jams, kicks and ground_motion. The
-    /// run has no q; it has gaps, rates, theta and omega. With psi[0] * psi[1] = 1 the two gaps cannot move by themselves: a ValueError.
+    /// The run has no q; it has gaps, rates, theta and omega. With psi[0] *
+    /// psi[1] = 1 the two gaps cannot move by themselves: a ValueError.
     ///
+    /// Parameters
+    /// ----------
+    /// gaps : (2,) array_like, m
+    /// rates : (2,) array_like, m/s
+    /// theta : float, rad, default 0.0
+    /// omega : float, rad/s, default 0.0
+    /// simultaneous, stop, time, time_limit, event_limit, sensitivity_limit, record, certify : see simulate
+    ///     As for `simulate`.
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> local = sf.theory.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)
     /// >>> local.simulate(gaps=(5, 20), rates=(0, 0), stop="zeno").time    # contact 1: √(2h/g)(1+e)/(1−e)
@@ -110,16 +132,29 @@ impl PyLocalModel {
         })
     }
 
-    /// The first n impacts as an Orbit: the shape of the state after each (gap and rate of the other contact over the take-off speed), and
-    /// the logarithm of its size. There are fewer if one contact bounces alone from some impact on, or if both land at one instant.
+    /// The first n impacts as an Orbit: the shape of the state after each (gap and rate of the other
+    /// contact over the take-off speed), and the logarithm of its size. There are fewer if one contact
+    /// bounces alone from some impact on, or if both land at one instant.
     ///
-    /// gaps : (2,) m, rates : (2,) m/s. n : 1 to 10⁷. If the state is right after an impact (one gap is zero and its rate is
-    /// positive), it is row 0. Any other state is advanced to its first impact, which is row 0. An orbit of any length
-    /// neither underflows nor overflows, because only the logarithm of its size is stored.
+    /// Parameters
+    /// ----------
+    /// gaps : (2,) array_like, m
+    /// rates : (2,) array_like, m/s
+    /// n : int, from 1 to 10⁷
+    ///     If the state is right after an impact (one gap is zero and its rate is positive),
+    ///     it is row 0. Any other state is advanced to its first impact, which is row 0. An orbit of
+    ///     any length neither underflows nor overflows, because only the logarithm of its size is
+    ///     stored.
     ///
-    /// Raises ValueError naming `gravity.i`, `restitution.i`, `gaps.i` or `rates.i`: gravity must be positive at both contacts, restitution
-    /// at least 1e-12, and gravity.1 / gravity.2 * sqrt(psi.1 / psi.2) between 1e-50 and 1e50.
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Names `gravity.i`, `restitution.i`, `gaps.i` or `rates.i`: gravity must be positive at both
+    ///     contacts, restitution at least 1e-12, and gravity.1 / gravity.2 * sqrt(psi.1 / psi.2)
+    ///     between 1e-50 and 1e50.
     ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.5)
     /// >>> c = sf.theory.self_similar(0.5, 0.9)        # every impact multiplies all speeds by c
@@ -140,10 +175,22 @@ impl PyLocalModel {
         Ok(PyOrbit { map, orbit, asked })
     }
 
-    /// Mean logarithms of the growth per impact of speeds and of differences in shape (see `orbit`), as Exponents.
+    /// Mean logarithms of the growth per impact of speeds and of differences in shape (see `orbit`), as
+    /// Exponents.
     ///
-    /// The means are over n impacts, after `transient` impacts that are not counted. See `orbit` for gaps, rates and errors.
+    /// See `orbit` for errors.
     ///
+    /// Parameters
+    /// ----------
+    /// gaps : (2,) array_like, m
+    /// rates : (2,) array_like, m/s
+    /// n : int, from 1 to 10⁷, default 100_000
+    ///     Number of impacts of the means.
+    /// transient : int, default 1000
+    ///     Number of impacts before them that are not counted.
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.22, 0.22), phi=(0, 0), restitution=0.9)
     /// >>> chaos = local.exponents(gaps=(0, 0.3), rates=(1, -1), n=1_000_000)
@@ -169,10 +216,18 @@ impl PyLocalModel {
         .map(|exponents| PyExponents { exponents, asked })
     }
 
-    /// How a motion ends, as a Fate: its kind is "1-zeno", "clattering", "self-similar", "other" or "none". At most n impacts are followed.
-    ///
+    /// How a motion ends, as a Fate: its kind is "1-zeno", "clattering", "self-similar", "other" or "none".
     /// See `orbit` for gaps, rates and errors.
     ///
+    /// Parameters
+    /// ----------
+    /// gaps : (2,) array_like, m
+    /// rates : (2,) array_like, m/s
+    /// n : int, from 1 to 10⁷, default 10_000
+    ///     Largest number of impacts that are followed.
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
     /// >>> local.fate(gaps=(0, 0.1), rates=(0.1, -1.9))
@@ -193,9 +248,23 @@ impl PyLocalModel {
             .map(|fate| PyFate { fate, asked })
     }
 
-    /// The fates of many motions, for gaps, rates of shape (..., 2). Returns a structured array of shape (...) with the fields of
-    /// Fate, 0 where its contact or period is None, and NaN where its sigma is.
+    /// The fates of many motions.
     ///
+    /// Parameters
+    /// ----------
+    /// gaps : (..., 2) array_like, m
+    /// rates : (..., 2) array_like, m/s
+    /// n : int, from 1 to 10⁷, default 10_000
+    ///     Largest number of impacts that are followed.
+    ///
+    /// Returns
+    /// -------
+    /// ndarray
+    ///     A structured array of shape (...) with the fields of Fate, 0 where its contact or period is
+    ///     None, and NaN where its sigma is.
+    ///
+    /// Examples
+    /// --------
     /// >>> import numpy as np
     /// >>> import standfast as sf
     /// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)

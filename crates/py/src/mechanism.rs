@@ -14,11 +14,20 @@ use crate::posture::{PyPosture, posture};
 
 /// The Jacobian rows of one contact of a mechanism, its friction and its restitution.
 ///
-/// normal, tangential : (dof,), N and T: rate of the gap and sliding velocity per unit velocity of each coordinate. With the tangent
-/// t = (cos, sin) of the ground and its normal n = (−sin, cos), N = nᵀJ and T = tᵀJ, J the Jacobian of the contact point.
-/// friction : μ, from 0 to 1e6. restitution : in [0, 1], or None for that of the mechanism. tangential_restitution : in [0, 1).
-/// `Mechanism` checks the values.
+/// Parameters
+/// ----------
+/// normal, tangential : (dof,) array_like
+///     N and T: rate of the gap and sliding velocity per unit velocity of each coordinate. With the
+///     tangent t = (cos, sin) of the ground and its normal n = (−sin, cos), N = nᵀJ and T = tᵀJ, J
+///     the Jacobian of the contact point.
+/// friction : float, from 0 to 1e6, default 0.0
+///     Coefficient of friction μ.
+/// restitution : float or None, in [0, 1], default None
+///     None: that of the mechanism.
+/// tangential_restitution : float, in [0, 1), default 0.0
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> sf.ContactRows([0, 1, -0.5], [1, 0, 0], friction=0.5)
 /// ContactRows(normal=[0.0, 1.0, -0.5], tangential=[1.0, 0.0, 0.0], friction=0.5)
@@ -95,17 +104,33 @@ impl PyContactRows {
     }
 }
 
-/// A mechanism with frictional contacts in a posture, given by its matrices: with the displacement q of its coordinates from the posture, in
-/// which all contacts touch, M q̈ = load + Σ (T_iᵀ f_t,i + N_iᵀ f_n,i). A rigid body has q = (x, y, θ), M = diag(m, m, mρ²), load (0, −mg, 0).
+/// A mechanism with frictional contacts in a posture, given by its matrices: with the displacement q of
+/// its coordinates from the posture, in which all contacts touch, M q̈ = load + Σ (T_iᵀ f_t,i + N_iᵀ
+/// f_n,i). A rigid body has q = (x, y, θ), M = diag(m, m, mρ²), load (0, −mg, 0).
 ///
-/// mass_matrix : (dof, dof), M, symmetric and positive definite in the coordinates that are not locked. load : (dof,), Bτ − h: generalised
-/// forces of the joint torques less the bias; gravity acts downwards. contacts : ContactRows objects, numbered from 1. restitution : in
-/// [0, 1]. locked : coordinates that do not move, from 0. armature : (dof,), ≥ 0, added to the diagonal of M, or None.
-/// coordinate_names, contact_names : names for reports, one for each or none.
-/// Units: kg, m, s, rad.
+/// Parameters
+/// ----------
+/// mass_matrix : (dof, dof) array_like
+///     M, symmetric and positive definite in the coordinates that are not locked.
+/// load : (dof,) array_like
+///     Bτ − h: generalised forces of the joint torques less the bias; gravity acts downwards.
+/// contacts : sequence of ContactRows
+///     Numbered from 1.
+/// restitution : float, in [0, 1], default 0.0
+/// locked : sequence of int, default ()
+///     Coordinates that do not move, from 0.
+/// armature : (dof,) array_like or None, ≥ 0, default None
+///     Added to the diagonal of M.
+/// coordinate_names, contact_names : sequence of str, default ()
+///     Names for reports, one for each or none.
 ///
-/// Raises ValueError naming the field, its value and the allowed range.
+/// Raises
+/// ------
+/// ValueError
+///     Names the field, its value and the allowed range.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> feet = [sf.ContactRows([0, 1, b], [1, 0, 0], friction=0.5) for b in (-0.5, 0.5)]
 /// >>> rod = sf.Mechanism([[2, 0, 0], [0, 2, 0], [0, 0, 0.5]], [0, -20, 0], feet)      # ρ = L: its ends do not feel each other
@@ -157,6 +182,12 @@ impl PyMechanism {
 
     /// A rigid body in its nominal posture, with q = (x, y, θ): its contacts that touch.
     ///
+    /// Parameters
+    /// ----------
+    /// posture : Posture
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.5)
     /// >>> sf.Mechanism.of_posture(rod).mass_matrix.diagonal()
@@ -221,25 +252,45 @@ impl PyMechanism {
         PyContactSpace(self.clone())
     }
 
-    /// The rigid body that the mechanism is with all joints locked, a Posture, with the point of which (x, y) are the coordinates at the origin. θ has to
-    /// be counterclockwise in the plane of x and y. Its contacts are points: the rows do not have the radius of a round foot, which turns over its ground
-    /// in motions by whole angles.
+    /// The rigid body that the mechanism is with all joints locked, a Posture, with the point of which (x,
+    /// y) are the coordinates at the origin. θ has to be counterclockwise in the plane of x and y. Its
+    /// contacts are points: the rows do not have the radius of a round foot, which turns over its ground in
+    /// motions by whole angles.
     ///
-    /// Raises ValueError if the coordinates that are not locked are not those (x, y, θ) of a rigid body under gravity.
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the coordinates that are not locked are not those (x, y, θ) of a rigid body under
+    ///     gravity.
     fn posture(&self) -> PyResult<PyPosture> {
         self.0.posture().map(PyPosture).map_err(|e| to_py(&e))
     }
 
-    /// The torques of `joints` that hold the mechanism without motion, to be added to the load, and the contact forces, as HoldingTorques; None if
-    /// there are none. With the load −h they are the torques τ of the joints.
+    /// The torques of `joints` that hold the mechanism without motion, to be added to the load, and the
+    /// contact forces, as HoldingTorques; None if there are none. With the load −h they are the torques τ
+    /// of the joints.
     ///
-    /// joints : coordinates with a torque, from 0; the other ones that are not locked have none, such as those of a floating base. contacts : numbers of
-    /// the contacts that carry forces, from 1; None: all. choose : "middle", the middle of `internal_force` if there is one internal force with
-    /// a bounded interval, otherwise as "least"; or "least", the least Σ τ² within the friction cones, and with these torques the least forces.
-    /// The least torques often put a contact on the border of its cone. Where forces and moments are mixed among the joints, Σ τ² depends on the unit of length.
+    /// Parameters
+    /// ----------
+    /// joints : sequence of int
+    ///     Coordinates with a torque, from 0; the other ones that are not locked have none, such as
+    ///     those of a floating base.
+    /// contacts : sequence of int or None, default None
+    ///     Numbers of the contacts that carry forces, from 1; None: all.
+    /// choose : {"middle", "least"}
+    ///     "middle", the middle of `internal_force` if there is one internal force with a bounded
+    ///     interval, otherwise as "least"; or "least", the least Σ τ² within the friction cones, and
+    ///     with these torques the least forces. The least torques often put a contact on the border of
+    ///     its cone. Where forces and moments are mixed among the joints, Σ τ² depends on the unit of
+    ///     length.
     ///
-    /// Raises ValueError naming `joints` or `contacts`.
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Names `joints` or `contacts`.
     ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> foot = sf.ContactRows([0, 1, 0], [1, 0, 0], friction=0.5)             # coordinates x, y, and the height of a lift on the body
     /// >>> lift = sf.Mechanism([[3, 0, 0], [0, 3, 1], [0, 1, 1]], [0, -30, -10], [foot])
@@ -307,9 +358,12 @@ impl PyMechanism {
     }
 }
 
-/// The dynamics of the contacts of a mechanism, whatever its number of coordinates: (v̇_t, ḧ) = b + W f, and W P for the change of velocity
-/// by impulses P. Its rows are in the order of the contacts, each (tangential, normal).
+/// The dynamics of the contacts of a mechanism, whatever its number of coordinates: (v̇_t, ḧ) = b + W
+/// f, and W P for the change of velocity by impulses P. Its rows are in the order of the contacts, each
+/// (tangential, normal).
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> rod = sf.Mechanism.of_posture(sf.Posture.rod(half_length=0.5, gyration_radius=0.5, gravity=10))
 /// >>> rod.contact_space

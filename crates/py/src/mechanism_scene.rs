@@ -22,9 +22,18 @@ use crate::run::{PyRun, interruptible_run};
 
 /// A mechanism or an assembly, its start, and the options of its run.
 ///
-/// mechanism : Mechanism or System. q, qdot : (dof,), displacement of its coordinates and their velocities. options : keywords of `simulate`.
-/// kicks, forces, ground_motion : of a System, as for `simulate`.
+/// Parameters
+/// ----------
+/// mechanism : Mechanism or System
+/// q, qdot : (dof,) array_like, m or rad and per second
+///     Displacement of its coordinates and their velocities.
+/// options : dict or None, default None
+///     Keywords of `simulate`.
+/// kicks, forces, ground_motion : see simulate
+///     Of a System, as for `simulate`.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> rod = sf.Mechanism.of_posture(sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1))
 /// >>> scene = sf.MechanismScene(rod, q=(0, 0.01, 0), qdot=(0, 0, 0), options={"stop": "zeno"})
@@ -116,7 +125,16 @@ impl PyMechanismScene {
         get(py, &self.0.options)
     }
 
-    /// Runs the scene. Keywords of `standfast.simulate` replace the options of the scene.
+    /// Runs the scene.
+    ///
+    /// Parameters
+    /// ----------
+    /// **options : keyword of simulate
+    ///     They replace the options of the scene.
+    ///
+    /// Returns
+    /// -------
+    /// Run
     #[pyo3(signature = (**options))]
     fn simulate(&self, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<PyRun> {
         let mut chosen = self.0.options;
@@ -127,19 +145,43 @@ impl PyMechanismScene {
         interruptible_run(py, |cancel| of.simulate_until(q, qdot, &chosen, cancel))
     }
 
-    /// Reads a scene from the text of `to_json`. Raises ValueError with the line and the error.
+    /// Reads a scene from the text of `to_json`.
+    ///
+    /// Parameters
+    /// ----------
+    /// text : str
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     With the line and the error.
     #[staticmethod]
     fn from_json(text: &str) -> PyResult<Self> {
         MechanismScene::from_json(text).map(Self).map_err(|e| to_py(&e))
     }
 
-    /// Reads a scene file: JSON if its name ends in .json, else TOML. At most 1 MiB. Raises as `standfast.load`.
+    /// Reads a scene file: JSON if its name ends in .json, else TOML. At most 1 MiB.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     The file.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     As `standfast.load`.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         py.detach(|| MechanismScene::load(path)).map(Self).map_err(|e| to_py(&e))
     }
 
     /// Writes the scene to a file: JSON if its name ends in .json, else TOML.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     The file.
     fn save(&self, path: PathBuf) -> PyResult<()> {
         self.0.save(path).map_err(|e| to_py(&e))
     }

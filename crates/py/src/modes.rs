@@ -27,14 +27,34 @@ const LISTED: usize = 12;
 
 /// The contacts of a rigid body at one instant, as plain data. Each list has one entry per contact.
 ///
-/// mass : kg. gyration_radius : m. arms : from the centre of mass to the contact points, world axes, m. tangents :
-/// unit vectors t; the normals are t turned by +90°. friction : μ, from 0 to 1e12. sliding : sign of the sliding velocity, 1, −1
-/// or 0, or None where the contact is separated (level "impulse": 0 or None). bias : (tangential, normal), added to J q̈, m/s².
-/// free_acceleration : (ẍ, ÿ, θ̈) without contact forces, m/s² and rad/s². level : "acceleration" or "impulse". At the level
-/// "impulse" bias is in m/s, and free_acceleration is the velocity without contact impulses.
+/// Parameters
+/// ----------
+/// mass : float, kg
+/// gyration_radius : float, m
+/// arms : (n, 2) array_like, m
+///     From the centre of mass to the contact points, world axes.
+/// tangents : (n, 2) array_like
+///     Unit vectors t; the normals are t turned by +90°.
+/// friction : (n,) array_like, from 0 to 1e12
+///     Coefficients of friction μ.
+/// sliding : sequence of float or None
+///     Sign of the sliding velocity, 1, −1 or 0, or None where the contact is separated (level
+///     "impulse": 0 or None).
+/// bias : (n, 2) array_like, m/s²
+///     (tangential, normal), added to J q̈.
+/// free_acceleration : (3,) array_like, m/s² and rad/s²
+///     (ẍ, ÿ, θ̈) without contact forces.
+/// level : {"acceleration", "impulse"}
+///     At the level "impulse" bias is in m/s, and free_acceleration is
+///     the velocity without contact impulses.
 ///
-/// Raises ValueError naming the field, its value and the allowed range.
+/// Raises
+/// ------
+/// ValueError
+///     Names the field, its value and the allowed range.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> problem = sf.ContactProblem(mass=1, gyration_radius=0.5, arms=[(-1, -1), (1, -1)], tangents=[(1, 0), (1, 0)],
 /// ...                             friction=[1.5, 1.5], sliding=[+1, +1], bias=[(0, 0), (0, 0)],
@@ -121,10 +141,13 @@ impl PyContactProblem {
         word(&self.0.fields().level)
     }
 
-    /// How close sliding contacts are to jamming (Painlevé): a list of (contact number, direction, margin, critical friction), for
-    /// each closed contact and each direction, "R" or "L", in which it slides or may begin to slide. margin : P(μ)/P(0), which is 1
-    /// without friction and negative for a contact that jams; P = (1 + b(b + σμc)/ρ²)/m, b = t·d, c = n·d.
+    /// How close sliding contacts are to jamming (Painlevé): a list of (contact number, direction, margin,
+    /// critical friction), for each closed contact and each direction, "R" or "L", in which it slides or
+    /// may begin to slide. margin : P(μ)/P(0), which is 1 without friction and negative for a contact that
+    /// jams; P = (1 + b(b + σμc)/ρ²)/m, b = t·d, c = n·d.
     ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> rod = sf.ContactProblem(mass=1, gyration_radius=(1/3)**0.5, arms=[(-0.6, -0.8)], tangents=[(1, 0)],
     /// ...                         friction=[2], sliding=[-1], bias=[(0, 0)], free_acceleration=(0, -1, 0))
@@ -181,15 +204,33 @@ fn listed<T>(items: &[T], text: impl Fn(&T) -> String) -> String {
 
 /// The solution for one word of contact modes.
 ///
-/// word : a letter for each contact: S separate, F fixed, R or L sliding right or left. acceleration : (3,)
-/// (ẍ, ÿ, θ̈), m/s² and rad/s², of a mechanism (dof,). forces : (n, 2) by contact (tangential, normal), N. At the level "impulse" acceleration is the
-/// velocity after the impact, m/s and rad/s, and forces are impulses, N s. determined : how the word determines its forces:
-/// "unique", "family" (forces has the smallest of the family), "singular" (friction matrix), "undetermined" (with sliding
-/// friction the motion depends on how the contacts share their forces) or "impossible" (no forces give the motion of the word).
-/// force_interval : for two fixed contacts, the range of the internal force, N, or None. margins : (contact number, test, margin)
-/// for all tests; the margin is negative where the test fails, and relative to the load. consistent : whether Coulomb's law
-/// holds. violated : names of the tests that fail. near_degenerate : whether rounding may decide a test.
+/// Attributes
+/// ----------
+/// word : str
+///     a letter for each contact: S separate, F fixed, R or L sliding right or left.
+/// acceleration : (3,) ndarray, m/s² and rad/s²
+///     (ẍ, ÿ, θ̈); of a mechanism (dof,).
+/// forces : (n, 2) ndarray, N
+///     By contact (tangential, normal). At the level "impulse" acceleration is the velocity
+///     after the impact, m/s and rad/s, and forces are impulses, N s.
+/// determined : {"unique", "family", "singular", "undetermined", "impossible"}
+///     How the word determines its forces: "unique"; "family" (forces has the smallest of the
+///     family), "singular" (friction matrix), "undetermined" (with sliding friction the motion
+///     depends on how the contacts share their forces) or "impossible" (no forces give the motion
+///     of the word).
+/// force_interval : (float, float) or None, N
+///     For two fixed contacts, the range of the internal force.
+/// margins : list of (int, str, float)
+///     (contact number, test, margin) for all tests; the margin is negative where the test fails, and relative to the load.
+/// consistent : bool
+///     Whether Coulomb's law holds.
+/// violated : list of str
+///     Names of the tests that fail.
+/// near_degenerate : bool
+///     Whether rounding may decide a test.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
 /// >>> mode = sf.contact_modes(rod)["SF"]      # the left end lifts off, the right one holds
@@ -201,8 +242,14 @@ pub(crate) struct PyContactMode(ModeAnswer, Arc<Asked>);
 
 /// The contact-mode problem of a mechanism: contacts with these signs of sliding.
 ///
-/// mechanism : Mechanism. sliding : for each contact 1, −1 or 0, or None where it is separated; None: all contacts are at rest.
+/// Parameters
+/// ----------
+/// mechanism : Mechanism or System
+/// sliding : sequence of int or None, or None, default None
+///     For each contact 1, −1 or 0, or None where it is separated; None: all contacts are at rest.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> rod = sf.Mechanism.of_posture(sf.Posture.rod(half_length=0.5, gyration_radius=0.2, friction=0.5))
 /// >>> sf.contact_modes(sf.MechanismProblem(rod, sliding=[1, None])).consistent      # the left end slides, the right one is in the air
@@ -380,10 +427,22 @@ impl PyContactMode {
 
 /// The words of the contacts with their solutions, by name.
 ///
-/// `modes["FS"]` is a ContactMode; iterating gives the words. status : by the number of consistent words "unique", "ambiguous" or
-/// "none" ("ambiguous" also if the only one is undetermined); after a search for one word "found" or "not found". consistent : list
-/// of the consistent words. problem : the ContactProblem that was solved. level : its level. `print(modes)` shows a table.
+/// `modes["FS"]` is a ContactMode; iterating gives the words. `print(modes)` shows a table.
 ///
+/// Attributes
+/// ----------
+/// status : {"unique", "ambiguous", "none", "found", "not found"}
+///     By the number of consistent words "unique", "ambiguous" or "none" ("ambiguous" also if the
+///     only one is undetermined); after a search for one word "found" or "not found".
+/// consistent : list of str
+///     The consistent words.
+/// problem : ContactProblem or MechanismProblem
+///     The problem that was solved.
+/// level : {"acceleration", "impulse"}
+///     Its level.
+///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> ball = sf.Posture(mass=2, gyration_radius=1, center_of_mass=(0, 1), contacts=[sf.Contact(point=(0, 0))],
 /// ...                   restitution=0, gravity=10)
@@ -445,12 +504,18 @@ impl PyModes {
         }
     }
 
-    /// The status, the consistent words, and the words with their motion, forces and margins as plain dictionaries, lists and numbers.
+    /// The status, the consistent words, and the words with their motion, forces and margins as plain
+    /// dictionaries, lists and numbers.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         py.import("json")?.call_method1("loads", (self.modes.to_json(),))
     }
 
     /// Writes the dictionary of `to_dict` as JSON.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     The file.
     fn to_json(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         write_whole(py, path, self.modes.to_json().into_bytes())
     }
@@ -511,17 +576,36 @@ fn some<'a>(modes: impl Iterator<Item = &'a ModeAnswer>, count: usize) -> String
 
 /// The contact modes that Coulomb's law allows in a state: every word, with its motion and forces.
 ///
-/// posture : Posture; or ContactProblem, which has its own state and load; or Mechanism, at rest in its posture; or MechanismProblem. q, qdot : (3,) m, m, rad and per second.
-/// method : "enumerate" gives all words. "qp" searches for one consistent word by quadratic programmes, and may fail to find one.
-/// "auto" takes the cheaper method: all words for up to six closed contacts, one consistent word for more. wrench : (f_x, f_y,
-/// torque about the centre of mass), N and N m, added to gravity.
+/// A sequence of them, or an array of objects, has a list of Modes, or an array, with None for None, as
+/// for `stability`; the other arguments are the same for each.
 ///
-/// A sequence of them, or an array of objects, has a list of Modes, or an array, with None for None, as for `stability`; the other arguments
-/// are the same for each. threads, progress : as for `stability`.
+/// A contact is closed if |gap| is within rounding.
 ///
-/// A contact is closed if |gap| is within rounding. Raises ValueError naming the field, its value and the allowed
-/// range. A closed contact that approaches its ground is an error too, because an impact comes first.
+/// Parameters
+/// ----------
+/// posture : Posture, ContactProblem, Mechanism, System or MechanismProblem, or a sequence or object array of them
+///     A ContactProblem has its own state and load; a Mechanism is at rest in its posture.
+/// q, qdot : (3,) array_like, m, m, rad and per second, default (0.0, 0.0, 0.0)
+///     State of a posture.
+/// method : {"auto", "enumerate", "qp"}
+///     "enumerate" gives all words. "qp" searches for one consistent word by quadratic programmes,
+///     and may fail to find one. "auto" takes the cheaper method: all words for up to six closed
+///     contacts, one consistent word for more.
+/// wrench : (3,) array_like, N, N, N m, default (0.0, 0.0, 0.0)
+///     (f_x, f_y, torque about the centre of mass), added to gravity.
+/// threads : int or None, default None
+///     As for `stability`.
+/// progress : bool or None, default None
+///     As for `stability`.
 ///
+/// Raises
+/// ------
+/// ValueError
+///     Names the field, its value and the allowed range. A closed contact that approaches its
+///     ground is an error too, because an impact comes first.
+///
+/// Examples
+/// --------
 /// >>> import math
 /// >>> import standfast as sf
 /// >>> feet = [sf.Contact(point=(x, 0), slope=0, friction=1) for x in (-1, 1)]

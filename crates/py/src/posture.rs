@@ -11,21 +11,43 @@ use crate::convert::{array, call, float, local_model, pair_text, vector, word};
 use crate::error::to_py;
 use crate::input;
 
-/// A point of the body, or a disc about one, and its ground. The ground is the straight line of `slope` through `point`, with ends if `segment` is given;
-/// no other contact touches it. The point passes through the ground of other contacts; a run warns where these grounds contradict
-/// each other. For one ground for all contacts use Posture(terrain=...), which gives slope and segment.
+/// A point of the body, or a disc about one, and its ground. The ground is the straight line of `slope`
+/// through `point`, with ends if `segment` is given; no other contact touches it. The point passes
+/// through the ground of other contacts; a run warns where these grounds contradict each other. For one
+/// ground for all contacts use Posture(terrain=...), which gives slope and segment.
 ///
-/// point : (2,) m, position in the nominal posture; there it touches its line (or is above its terrain of several pieces).
-/// slope : rad, −π < slope ≤ π: 0 level ground, π/2 a wall on the right of the body, −π/2 on its left,
-/// π a ceiling. The terrain has tangent t = (cos, sin) and normal n = (−sin, cos). friction : μ, from 0 to 1e12.
-/// restitution : in [0, 1], or None for that of the posture. tangential_restitution : in [0, 1). segment : ends of the terrain
-/// along t, m. radius : m, ≥ 0, of the disc that touches at `point` in the nominal posture: its centre is at point + radius · n; the disc
-/// turns with the body and rolls. 0: a point of the body. center : (2,) m, of a disc, instead of `point`: the disc then need not touch its ground in
-/// the nominal posture, and `point` is its point nearest to the ground. surface_speed : m/s, of the surface of its ground along t, as of a belt;
-/// the ground stays in its place.
+/// Parameters
+/// ----------
+/// point : (2,) array_like or None, m, default None
+///     Position in the nominal posture; there it touches its line (or is above its terrain of
+///     several pieces).
+/// slope : float, rad, −π < slope ≤ π, default 0.0
+///     Angle of the ground: 0 level ground, π/2 a wall on the right of the body, −π/2 on its left, π a ceiling. The
+///     terrain has tangent t = (cos, sin) and normal n = (−sin, cos).
+/// friction : float, from 0 to 1e12, default 0.0
+///     Coefficient of friction μ.
+/// restitution : float or None, in [0, 1], default None
+///     Coefficient of restitution; None: that of the posture.
+/// tangential_restitution : float, in [0, 1), default 0.0
+///     For impact laws that use it.
+/// segment : (2,) array_like, m, default (-inf, inf)
+///     Ends of the terrain along t.
+/// radius : float, m, ≥ 0, default 0.0
+///     Radius of the disc that touches at `point` in the nominal posture: its centre is at point + radius
+///     · n; the disc turns with the body and rolls. 0: a point of the body.
+/// center : (2,) array_like or None, m, default None
+///     Centre of a disc, instead of `point`: the disc then need not touch its ground in the nominal
+///     posture, and `point` is its point nearest to the ground.
+/// surface_speed : float, m/s, default 0.0
+///     Speed of the surface of its ground along t, as of a belt; the ground stays in its place.
 ///
-/// Raises ValueError naming the field, its value and the allowed range.
+/// Raises
+/// ------
+/// ValueError
+///     Names the field, its value and the allowed range.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> sf.Contact(point=(-0.5, 0.0), friction=0.5)
 /// Contact(point=(-0.5, 0.0), slope=0.0, friction=0.5)
@@ -170,24 +192,50 @@ impl PyContact {
     }
 }
 
-/// A planar rigid body and its contacts. Without `terrain` each contact meets only a straight ground of its own, the line of its
-/// slope through its point. With `terrain` all contacts meet one ground. A body that may turn over, or reach the ground of another
-/// contact, needs a terrain (or segments); a run warns where the grounds of its contacts contradict each other.
+/// A planar rigid body and its contacts. Without `terrain` each contact meets only a straight ground of
+/// its own, the line of its slope through its point. With `terrain` all contacts meet one ground. A
+/// body that may turn over, or reach the ground of another contact, needs a terrain (or segments); a
+/// run warns where the grounds of its contacts contradict each other.
 ///
-/// mass : kg, > 0. gyration_radius : m, > 0. center_of_mass : (2,) m, in the nominal posture q = 0.
-/// contacts : Contact objects, numbered from 1. restitution : in [0, 1]. gravity : m/s², ≥ 0, downwards.
-/// terrain : vertices (x, y), m, of a polyline with the ground on its right: x increases where there are no walls. Each contact meets the
-/// straight piece under it (with walls: the nearest one), and no ground beyond the ends; its
-/// slope and segment are computed. None: each contact has the line of its own slope and segment. ground : "own", or "shared" for one
-/// line without ends for all contacts, of their slope, through the lowest of them. outline : corners (x, y) of the polygon of the body in
-/// its nominal posture, in order, m. Its sides meet the corners of the terrain; with edges="ignore" these pass through, with a
-/// warning. terrain_friction, terrain_restitution, terrain_speed : of each piece of the terrain, from vertex k to vertex k + 1: its μ, its e, and the
-/// speed of its surface along it, m/s, as of a belt; None for a piece: μ and e of the contact, at rest. A corner of the terrain under a
-/// side of the body has the μ and e of the side, but no friction at the end of a moving piece: there it stands for a pulley.
+/// A configuration q = (r_x, r_y, θ) is the displacement of the centre of mass (m) and the rotation
+/// (rad, counterclockwise).
 ///
-/// A configuration q = (r_x, r_y, θ) is the displacement of the centre of mass (m) and the rotation (rad,
-/// counterclockwise). Raises ValueError naming the field, its value and the allowed range.
+/// Parameters
+/// ----------
+/// mass : float, kg, > 0
+/// gyration_radius : float, m, > 0
+/// center_of_mass : (2,) array_like, m
+///     In the nominal posture q = 0.
+/// contacts : sequence of Contact
+///     Numbered from 1.
+/// restitution : float, in [0, 1]
+///     Of the contacts that have none of their own.
+/// gravity : float, m/s², ≥ 0, default 9.81
+///     Downwards.
+/// terrain : (n, 2) array_like or None, m, default None
+///     Vertices (x, y) of a polyline with the ground on its right: x increases where there are
+///     no walls. Each contact meets the straight piece under it (with walls: the nearest one), and
+///     no ground beyond the ends; its slope and segment are computed. None: each contact has the
+///     line of its own slope and segment.
+/// ground : {"own", "shared"}
+///     Without terrain: "own", each contact has its own line; or "shared", one line without ends for all contacts, of their slope, through the
+///     lowest of them.
+/// outline : (n, 2) array_like or None, m, default None
+///     Corners (x, y) of the polygon of the body in its nominal posture, in order. Its sides
+///     meet the corners of the terrain; with edges="ignore" these pass through, with a warning.
+/// terrain_friction, terrain_restitution, terrain_speed : sequence of float or None, default None
+///     Of each piece of the terrain, from vertex k to vertex k + 1: its μ, its e, and the speed of
+///     its surface along it, m/s, as of a belt; None for a piece: μ and e of the contact, at rest.
+///     A corner of the terrain under a side of the body has the μ and e of the side, but no
+///     friction at the end of a moving piece: there it stands for a pulley.
 ///
+/// Raises
+/// ------
+/// ValueError
+///     Names the field, its value and the allowed range.
+///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> sf.Posture(mass=1.0, gyration_radius=0.2, center_of_mass=(0.0, 0.3),
 /// ...            contacts=[sf.Contact(point=(-0.5, 0.0)), sf.Contact(point=(0.5, 0.0))],
@@ -241,9 +289,17 @@ impl PyPosture {
 
     /// The symmetric rod of mass 1 on level ground: ends at (∓half_length, 0), centre at 0.
     ///
-    /// half_length, gyration_radius : m; gyration_radius None: of uniform density, half_length/√3. restitution, friction : of both ends.
-    /// gravity : m/s².
+    /// Parameters
+    /// ----------
+    /// half_length : float, m, > 0
+    /// gyration_radius : float or None, m, > 0, default None
+    ///     None: of uniform density, half_length/√3.
+    /// restitution, friction : float, default 0.0
+    ///     Of both ends.
+    /// gravity : float, m/s², ≥ 0, default 9.81
     ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> sf.Posture.rod(half_length=0.5, gyration_radius=0.5, restitution=0.1).psi
     /// (0.0, 0.0)
@@ -268,12 +324,24 @@ impl PyPosture {
         Posture::rod(half_length, &lamina).map(Self).map_err(|e| to_py(&e))
     }
 
-    /// A box of uniform density that stands on its lower side. The origin is the middle of this side. The contacts are its corners, from the
-    /// lower left one on counterclockwise; gyration_radius² = (width² + height²)/12.
+    /// A box of uniform density that stands on its lower side. The origin is the middle of this side. The
+    /// contacts are its corners, from the lower left one on counterclockwise; gyration_radius² = (width² +
+    /// height²)/12.
     ///
-    /// width, height : m, > 0. mass : kg. friction, restitution, tangential_restitution : of all corners. gravity : m/s². terrain : as of
-    /// Posture; None: one level ground, y = 0.
+    /// Parameters
+    /// ----------
+    /// width, height : float, m, > 0
+    /// mass : float, kg, > 0, default 1.0
+    /// friction, restitution, tangential_restitution : float, default 0.0
+    ///     Of all corners.
+    /// gravity : float, m/s², ≥ 0, default 9.81
+    /// terrain : (n, 2) array_like or None, m, default None
+    ///     As of `Posture`; None: one level ground, y = 0.
+    /// terrain_friction, terrain_restitution, terrain_speed : sequence of float or None, default None
+    ///     For each piece of the terrain, as of `Posture`.
     ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> crate = sf.Posture.box(width=1.0, height=3.0)
     /// >>> [contact.point for contact in crate.contacts]
@@ -311,11 +379,30 @@ impl PyPosture {
         Posture::block(width, height, &lamina).map(Self).map_err(|e| to_py(&e))
     }
 
-    /// A disc on level ground that rolls and slides; the origin is the point at which it touches, its centre is (0, radius).
+    /// A disc on level ground that rolls and slides; the origin is the point at which it touches, its
+    /// centre is (0, radius).
     ///
-    /// radius : m, > 0. gyration_radius : m; None: that of a solid disc, radius/√2. slope : of its ground, rad; the centre is then at
-    /// radius · (−sin slope, cos slope). The other arguments are those of `box`; with terrain the disc touches it at the origin.
+    /// Parameters
+    /// ----------
+    /// radius : float, m, > 0
+    /// mass : float, kg, > 0, default 1.0
+    /// gyration_radius : float or None, m, default None
+    ///     None: that of a solid disc, radius/√2.
+    /// friction : float, from 0 to 1e12, default 0.0
+    ///     μ of all contacts.
+    /// restitution : float, in [0, 1], default 0.0
+    /// gravity : float, m/s², ≥ 0, default 9.81
+    /// tangential_restitution : float, in [0, 1), default 0.0
+    ///     Of all contacts.
+    /// slope : float, rad, default 0.0
+    ///     Of its ground; the centre is then at radius · (−sin slope, cos slope).
+    /// terrain : (n, 2) array_like or None, m, default None
+    ///     As of `Posture`; the disc touches it at the origin. None: one line of `slope`.
+    /// terrain_friction, terrain_restitution, terrain_speed : sequence of float or None, default None
+    ///     For each piece of the terrain, as of `Posture`.
     ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> wheel = sf.Posture.disc(radius=0.1, friction=0.5)
     /// >>> wheel.center_of_mass, wheel.contacts[0].radius
@@ -354,12 +441,28 @@ impl PyPosture {
         Posture::disc(radius, slope, &lamina).map(Self).map_err(|e| to_py(&e))
     }
 
-    /// A polygon of uniform density: its area, centre of mass and radius of gyration are computed. The contacts are its convex corners, in
-    /// the order given.
+    /// A polygon of uniform density: its area, centre of mass and radius of gyration are computed. The
+    /// contacts are its convex corners, in the order given.
     ///
-    /// vertices : (k, 2) m, corners in the nominal posture, in either direction; the first may stand at the end again. The other arguments are those of `box`; without
-    /// terrain all corners meet one level ground through the lowest one.
+    /// Parameters
+    /// ----------
+    /// vertices : (k, 2) array_like, m
+    ///     Corners in the nominal posture, in either direction; the first may stand at the end again.
+    /// mass : float, kg, > 0, default 1.0
+    /// friction : float, from 0 to 1e12, default 0.0
+    ///     μ of all contacts.
+    /// restitution : float, in [0, 1], default 0.0
+    /// gravity : float, m/s², ≥ 0, default 9.81
+    /// tangential_restitution : float, in [0, 1), default 0.0
+    ///     Of all contacts.
+    /// terrain : (n, 2) array_like or None, m, default None
+    ///     As of `Posture`; None: all corners meet one level ground through
+    ///     the lowest one.
+    /// terrain_friction, terrain_restitution, terrain_speed : sequence of float or None, default None
+    ///     For each piece of the terrain, as of `Posture`.
     ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> wedge = sf.Posture.polygon([(0, 0), (3, 0), (0, 3)])
     /// >>> wedge.center_of_mass, len(wedge.contacts)
@@ -471,8 +574,16 @@ impl PyPosture {
         word(&self.0.fields().ground)
     }
 
-    /// A copy with other parameters, by their paths as in `sweep`: {"restitution": 0.2, "contacts.1.friction": 0.4}.
+    /// A copy with other parameters, by their paths as in `sweep`: {"restitution": 0.2,
+    /// "contacts.1.friction": 0.4}.
     ///
+    /// Parameters
+    /// ----------
+    /// **parameters : float
+    ///     Their values, by their paths.
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
     /// >>> rod.replace(mass=2.0, **{"contacts.2.point.x": 0.6}).contacts[1].point
@@ -488,9 +599,24 @@ impl PyPosture {
         standfast::sweep::replaced(&self.0, &values).map(Self).map_err(|e| to_py(&e))
     }
 
-    /// The configuration q, (3,), in which contact number `contact` is on its ground with the body turned by theta (rad): a vertical
-    /// displacement from the nominal posture, the least one with no other contact in the ground. ValueError where there is none.
+    /// The configuration q, (3,), in which contact number `contact` is on its ground with the body turned
+    /// by theta (rad): a vertical displacement from the nominal posture, the least one with no other
+    /// contact in the ground.
     ///
+    /// Parameters
+    /// ----------
+    /// contact : int
+    ///     Its number, from 1.
+    /// theta : float, rad
+    ///     Turn of the body.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Where there is none.
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> crate = sf.Posture.box(width=1.0, height=3.0)
     /// >>> crate.touching(contact=2, theta=-0.1).round(4).tolist()
@@ -511,9 +637,12 @@ impl PyPosture {
         self.0.drawn_corners().into_iter().map(Into::into).collect()
     }
 
-    /// The ground as pictures show it: straight pieces (point, direction, low, high), with the air on the left of the direction, which is a unit
-    /// vector; low and high: where the piece begins and ends, m from the point along the direction. Lines of contacts end where they meet.
+    /// The ground as pictures show it: straight pieces (point, direction, low, high), with the air on the
+    /// left of the direction, which is a unit vector; low and high: where the piece begins and ends, m from
+    /// the point along the direction. Lines of contacts end where they meet.
     ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> sf.Posture.rod(half_length=0.5, gyration_radius=0.5, restitution=0.1).drawn_ground
     /// [((0.5, 0.0), (1.0, 0.0), -inf, inf)]
@@ -541,8 +670,16 @@ impl PyPosture {
         self.0.normal_gravity().map(Into::into).map_err(|e| to_py(&e))
     }
 
-    /// Gaps of n contacts, (..., n) m, at configurations q : (..., 3); inf where there is no ground under a contact.
+    /// Gaps of n contacts, (..., n) m, at configurations; inf where there is no ground under a
+    /// contact.
     ///
+    /// Parameters
+    /// ----------
+    /// q : (..., 3) array_like, m, m, rad
+    ///     Configurations.
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
     /// >>> rod.gaps([[0, 0, 0], [0, 0.25, 0]])
@@ -558,7 +695,12 @@ impl PyPosture {
         shaped(py, values, q.as_array().shape(), self.0.contacts().len())
     }
 
-    /// Gap rates of n contacts, (..., n) m/s, at q, qdot : (..., 3) of the same shape.
+    /// Gap rates of n contacts, (..., n) m/s.
+    ///
+    /// Parameters
+    /// ----------
+    /// q, qdot : (..., 3) array_like
+    ///     Configurations, m, m, rad, and velocities, of the same shape.
     fn gap_rates<'py>(
         &self,
         py: Python<'py>,
@@ -580,7 +722,12 @@ impl PyPosture {
         shaped(py, values, q.as_array().shape(), self.0.contacts().len())
     }
 
-    /// The local model at the rotation of q : (3,): all Jacobian rows frozen there. Two contacts only.
+    /// The local model: all Jacobian rows frozen at one rotation. Two contacts only.
+    ///
+    /// Parameters
+    /// ----------
+    /// q : (3,) array_like, m, m, rad, default (0.0, 0.0, 0.0)
+    ///     The configuration with this rotation.
     #[pyo3(signature = (q=[0.0, 0.0, 0.0]), text_signature = "($self, q=(0.0, 0.0, 0.0))")]
     fn local<'py>(
         &self,

@@ -18,10 +18,14 @@ use crate::mechanism::body;
 use crate::options;
 use crate::posture::PyPosture;
 
-/// The pushes from which a body does not come back. `standfast.smallest_push` returns it. k is the number of intervals.
+/// The pushes from which a body does not come back. `standfast.smallest_push` returns it. k is the
+/// number of intervals.
 ///
-/// Sizes are in `unit`: N s of kicks, N of forces that last, 1 of the scale of a motion of the ground. `result.plot()` draws them.
+/// Sizes are in `unit`: N s of kicks, N of forces that last, 1 of the scale of a motion of the ground.
+/// `result.plot()` draws them.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> box = sf.Posture.box(1, 2, friction=2)
 /// >>> sf.smallest_push(box, point=(0, 2))
@@ -103,12 +107,29 @@ impl PySmallestPush {
         PyPosture(self.posture.clone())
     }
 
-    /// Draws the sizes from which the body does not come back. Returns the matplotlib.figure.Figure, or `ax` if it is given.
+    /// Draws the sizes from which the body does not come back.
     ///
-    /// path : file of the new figure; the suffix determines the format. ax : matplotlib axes.
+    /// Parameters
+    /// ----------
+    /// path : path_like or None, default None
+    ///     File of the new figure; the suffix determines the format.
+    /// ax : matplotlib Axes or None, default None
     ///
-    /// Raises ValueError for a suffix that is no picture format, and for both `path` and `ax`; TypeError if `ax` is no axes; OSError if the
-    /// file cannot be written. Needs matplotlib (extra `plot`).
+    /// Returns
+    /// -------
+    /// matplotlib Figure or Axes
+    ///     The matplotlib.figure.Figure, or `ax` if it is given.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     For a suffix that is no picture format, and for both `path` and `ax`.
+    /// TypeError
+    ///     If `ax` is no axes.
+    /// OSError
+    ///     If the file cannot be written.
+    /// ImportError
+    ///     Without matplotlib (extra `plot`).
     #[pyo3(signature = (path=None, *, ax=None))]
     fn plot<'py>(
         slf: &Bound<'py, Self>,
@@ -138,18 +159,45 @@ const NO_OPTIONS: [&str; 4] = ["stop", "sensitivity_limit", "record", "certify"]
 
 /// The smallest push from which a body does not come back, by a scan and by bisection, on all cores.
 ///
-/// The push acts on the body at rest in its posture. What comes back means is said at `robustness`: it comes to rest on the same contacts. Larger
-/// pushes may be harmless again, because the body lands on its feet: `intervals` has all that the scan finds.
+/// The push acts on the body at rest in its posture. What comes back means is said at `robustness`: it
+/// comes to rest on the same contacts. Larger pushes may be harmless again, because the body lands on
+/// its feet: `intervals` has all that the scan finds.
 ///
-/// posture : Posture in which at least one contact touches, or a Mechanism with all joints locked. direction : (2,), of any length. point : (2,) m, the point of the body that a kick
-/// acts on; None: the centre of mass. duration : s; then the push is a force through the centre of mass that lasts so long, and sizes are in N.
-/// ground_motion : GroundMotion by accelerations; then it is multiplied by the size. at_most : the largest size that is tried; None: a kick that
-/// gives the velocity 4√(g · size of the body), 4 times the weight and the force with this impulse, 4 times the record. rtol : relative error of the ends.
-/// scan : number of sizes, equally spaced; a shorter interval may be missed. threads : None uses every core. The other keywords are those of
-/// `simulate`.
+/// Parameters
+/// ----------
+/// posture : Posture or Mechanism
+///     At least one contact touches; all joints of a Mechanism are locked.
+/// direction : (2,) array_like, default (1, 0)
+///     Of any length.
+/// point : (2,) array_like or None, m, default None
+///     The point of the body that a kick acts on; None: the centre of mass.
+/// duration : float or None, s, default None
+///     If it is given, the push is a force through the centre of mass that lasts so long, and sizes are in N.
+/// ground_motion : GroundMotion or None, default None
+///     By accelerations. If it is given, it is multiplied by the size, and sizes are factors.
+/// at_most : float or None, default None
+///     The largest size that is tried; None: a kick that gives the velocity 4√(g · size of the
+///     body), 4 times the weight and the force with this impulse, 4 times the record.
+/// rtol : float, default 1e-9
+///     Relative error of the ends.
+/// scan : int, default 256
+///     Number of sizes, equally spaced; a shorter interval may be missed.
+/// threads : int or None, default None
+///     None uses every core.
+/// model, impact, simultaneous, time, time_limit, event_limit, neighbourhood, edges, jams : see simulate
+///     As for `simulate`.
 ///
-/// Raises ValueError naming the field, its value and the allowed range.
+/// Returns
+/// -------
+/// SmallestPush
 ///
+/// Raises
+/// ------
+/// ValueError
+///     Names the field, its value and the allowed range.
+///
+/// Examples
+/// --------
 /// >>> import math, standfast as sf
 /// >>> box = sf.Posture.box(1, 2, friction=2)             # pushed at its top it turns about a corner, I = 5/3 kg m²
 /// >>> exact = math.sqrt(2 * 9.81 * (math.sqrt(1.25) - 1) * 5 / 3) / 2

@@ -13,18 +13,29 @@ use crate::input;
 
 /// The impacts of a motion, one by one, up to scale.
 ///
-/// contacts : (n,), the contact that is hit. shapes : (n, 2), right after the impact: the rate of the other contact divided by the
-/// rate of this one, and the gap of the other contact divided by the square of this rate, both dimensionless. log_sizes : (n,),
-/// natural logarithm of the rate of this contact, in ln(m/s). flights : (n,), time since the previous impact. end : "1-zeno" if one
-/// contact bounces alone after the last impact, "tie" if both land at once, None if all n impacts were found. contact : the contact
-/// of the 1-Zeno.
-///
-/// The units are chosen so that the coupling is symmetric. With k = weights (1 where ψ_1 = ψ_2), ĝ = gravity and
-/// U = exp(log_sizes), after an impact at contact a
+/// The units are chosen so that the coupling is symmetric. With k = weights (1 where ψ_1 = ψ_2), ĝ =
+/// gravity and U = exp(log_sizes), after an impact at contact a
 ///
 ///     u_a = U/k_a    u_b = shapes[:, 0] U/k_b    h_b = shapes[:, 1] U²/(ĝ k_b)
 ///
 /// and the time since impact k − 1 is flights[k] U[k − 1]/ĝ; flights[0]/ĝ is the time since the start.
+///
+/// Attributes
+/// ----------
+/// contacts : int array (n,)
+///     The contact that is hit.
+/// shapes : (n, 2) ndarray
+///     Right after the impact: the rate of the other contact divided by the rate of this one, and
+///     the gap of the other contact divided by the square of this rate, both dimensionless.
+/// log_sizes : (n,) ndarray, ln(m/s)
+///     Natural logarithm of the rate of this contact.
+/// flights : (n,) ndarray
+///     Time since the previous impact.
+/// end : {"1-zeno", "tie"} or None
+///     "1-zeno" if one contact bounces alone after the last impact, "tie" if both land at once,
+///     None if all n impacts were found.
+/// contact : int or None
+///     The contact of the 1-Zeno.
 #[pyclass(frozen, name = "Orbit", module = "standfast.theory")]
 pub(crate) struct PyOrbit {
     pub(crate) map: ReducedMap,
@@ -143,13 +154,22 @@ impl PyOrbit {
 
 /// Mean growth per impact along an orbit up to scale.
 ///
-/// sigma : mean logarithm of the factor of all speeds. lyapunov : (Λ_1, Λ_2), Λ_1 ≥ Λ_2, the Lyapunov exponents of the shape
-/// (rate, gap). sigma_error, lyapunov_error : their standard errors, from the scatter over 32 parts of the orbit. hits : number of
-/// impacts in the means; it is less than n if the orbit ends (the means are nan without impacts). end : "1-zeno", "tie" or None.
-/// For an orbit that does not end, Λ_1 + Λ_2 = 2⟨ln e⟩ − 5σ.
+/// A chaotic orbit in doubles soon differs from the exact orbit of its start, because an error grows by
+/// exp(Λ_1) per impact. Its means are those of the attractor.
 ///
-/// A chaotic orbit in doubles soon differs from the exact orbit of its start, because an error grows by exp(Λ_1) per impact. Its
-/// means are those of the attractor.
+/// Attributes
+/// ----------
+/// sigma : float
+///     Mean logarithm of the factor of all speeds.
+/// lyapunov : (float, float)
+///     (Λ_1, Λ_2), Λ_1 ≥ Λ_2, the Lyapunov exponents of the shape (rate, gap).
+/// sigma_error, lyapunov_error : float
+///     Their standard errors, from the scatter over 32 parts of the orbit.
+/// hits : int
+///     Number of impacts in the means; it is less than n if the orbit ends (the means are nan
+///     without impacts).
+/// end : {"1-zeno", "tie"} or None
+///     How the orbit ends. For an orbit that does not end, Λ_1 + Λ_2 = 2⟨ln e⟩ − 5σ.
 #[pyclass(frozen, eq, name = "Exponents", module = "standfast.theory")]
 pub(crate) struct PyExponents {
     pub(crate) exponents: Exponents,
@@ -216,13 +236,24 @@ impl PyExponents {
 
 /// How a clattering motion ends.
 ///
-/// kind : "1-zeno" (one contact bounces alone until it rests), "clattering" (both are hit in turn for ever, and gravity becomes
-/// negligible), "self-similar" (the shape converges to an attracting cycle), "other" (none of these within n impacts: a
-/// quasi-periodic or chaotic shape, or one that converges slowly), "none" (both land at once, so that impacts have no order).
-/// contact : the contact that comes to rest in a 1-Zeno, or None. certified : whether the kind is proved for the given start; this
-/// requires that earlier impacts amplify the rounding of the start to at most 1e-6 of the shape. hits : number of impacts after the
-/// first until the kind is known. period : number of impacts after which shape and contact repeat, or None. sigma : mean logarithm
-/// of the factor of all speeds per impact from then on; nan if not known.
+/// Attributes
+/// ----------
+/// kind : {"1-zeno", "clattering", "self-similar", "other", "none"}
+///     "1-zeno" (one contact bounces alone until it rests), "clattering" (both are hit in turn for
+///     ever, and gravity becomes negligible), "self-similar" (the shape converges to an attracting
+///     cycle), "other" (none of these within n impacts: a quasi-periodic or chaotic shape, or one
+///     that converges slowly), "none" (both land at once, so that impacts have no order).
+/// contact : int or None
+///     The contact that comes to rest in a 1-Zeno.
+/// certified : bool
+///     Whether the kind is proved for the given start; this requires that earlier impacts amplify
+///     the rounding of the start to at most 1e-6 of the shape.
+/// hits : int
+///     Number of impacts after the first until the kind is known.
+/// period : int or None
+///     Number of impacts after which shape and contact repeat.
+/// sigma : float
+///     Mean logarithm of the factor of all speeds per impact from then on; nan if not known.
 #[pyclass(frozen, eq, name = "Fate", module = "standfast.theory")]
 pub(crate) struct PyFate {
     pub(crate) fate: Fate,
@@ -321,9 +352,16 @@ pub(crate) fn fate_table<'py>(
 
 /// The self-similar orbit of two contacts with equal restitution and equal reduced gravity.
 ///
-/// Each impact exchanges the contacts, multiplies all speeds by `factor`, and all gaps by its square. factor : c. stable : whether
-/// the orbit attracts neighbouring orbits. rate, gap : those of the other contact right after an impact with take-off rate 1, at
-/// gravity 1.
+/// Each impact exchanges the contacts, multiplies all speeds by `factor`, and all gaps by its square.
+///
+/// Attributes
+/// ----------
+/// factor : float
+///     c.
+/// stable : bool
+///     Whether the orbit attracts neighbouring orbits.
+/// rate, gap : float
+///     Those of the other contact right after an impact with take-off rate 1, at gravity 1.
 #[pyclass(frozen, eq, name = "SelfSimilar", module = "standfast.theory")]
 pub(crate) struct PySelfSimilar {
     orbit: SelfSimilar,
@@ -396,12 +434,22 @@ fn coupling(psi: f64) -> PyResult<f64> {
     Ok(psi)
 }
 
-/// The coupling ψ = ±√(ψ_1ψ_2) above which clattering converges: both contacts are hit in turn for ever and gravity becomes
-/// negligible [Or & Rimon 2008, (10)]. It is (e^⅓ + e^⅔)/(1 + e), or for two restitutions
-/// √((e_1 + e_2 + (e_1e_2)^⅓ + (e_1e_2)^⅔)/((1+e_1)(1+e_2))).
+/// The coupling ψ = ±√(ψ_1ψ_2) above which clattering converges: both contacts are hit in turn for ever
+/// and gravity becomes negligible [Or & Rimon 2008, (10)]. It is (e^⅓ + e^⅔)/(1 + e), or for two
+/// restitutions √((e_1 + e_2 + (e_1e_2)^⅓ + (e_1e_2)^⅔)/((1+e_1)(1+e_2))).
 ///
-/// restitution : e, or (e_1, e_2), in [0, 1). Raises ValueError naming it.
+/// Parameters
+/// ----------
+/// restitution : float or (2,) array_like, in [0, 1)
+///     e, or (e_1, e_2).
 ///
+/// Raises
+/// ------
+/// ValueError
+///     Names `restitution`.
+///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> round(sf.theory.clattering_bound(0.125), 15)         # (1/2 + 1/4)/(9/8)
 /// 0.666666666666667
@@ -412,11 +460,21 @@ pub(crate) fn clattering_bound(
     Ok(standfast::stability::clattering_bound(restitutions(restitution)?))
 }
 
-/// The least coupling ψ = ±√(ψ_1ψ_2) for which impacts without gravity never end (Goyal's bound):
-/// (√e_1 + √e_2)/√((1+e_1)(1+e_2)), for one restitution 2√e/(1 + e).
+/// The least coupling ψ = ±√(ψ_1ψ_2) for which impacts without gravity never end (Goyal's bound): (√e_1
+/// + √e_2)/√((1+e_1)(1+e_2)), for one restitution 2√e/(1 + e).
 ///
-/// restitution : e, or (e_1, e_2), in [0, 1). Raises ValueError naming it.
+/// Parameters
+/// ----------
+/// restitution : float or (2,) array_like, in [0, 1)
+///     e, or (e_1, e_2).
 ///
+/// Raises
+/// ------
+/// ValueError
+///     Names `restitution`.
+///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> round(sf.theory.chatter_bound(0.25), 15)
 /// 0.8
@@ -427,9 +485,21 @@ pub(crate) fn chatter_bound(
     Ok(standfast::stability::chatter_bound(restitutions(restitution)?))
 }
 
-/// The restitution below which clattering converges at coupling psi, in [−1, 1]: the inverse of `clattering_bound`; 0 for
-/// psi ≤ 0. Raises ValueError naming `psi`.
+/// The restitution below which clattering converges at coupling psi: the inverse of
+/// `clattering_bound`; 0 for psi ≤ 0.
 ///
+/// Parameters
+/// ----------
+/// psi : float, in [−1, 1]
+///     The coupling ψ.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Names `psi`.
+///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> round(sf.theory.clattering_restitution(0.5), 12)     # 9 − 4√5: the uniform rod
 /// 0.055728090001
@@ -440,9 +510,21 @@ pub(crate) fn clattering_restitution(
     Ok(standfast::stability::clattering_restitution(coupling(psi)?))
 }
 
-/// The restitution up to which impacts without gravity never end at coupling psi, in [−1, 1]: the inverse of
-/// `chatter_bound`; 0 for psi ≤ 0. Raises ValueError naming `psi`.
+/// The restitution up to which impacts without gravity never end at coupling psi: the inverse of
+/// `chatter_bound`; 0 for psi ≤ 0.
 ///
+/// Parameters
+/// ----------
+/// psi : float, in [−1, 1]
+///     The coupling ψ.
+///
+/// Raises
+/// ------
+/// ValueError
+///     Names `psi`.
+///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> round(sf.theory.chatter_restitution(0.8), 15)
 /// 0.25
@@ -455,11 +537,24 @@ pub(crate) fn chatter_restitution(
 
 /// The self-similar orbit of clattering below its bound: SelfSimilar, or None where there is none.
 ///
-/// Its factor c is the root of c³ + Kc² + (1 − K − e)c − e = 0 between e and e^⅓, K = 1 + (1+e)ψ. It appears at
-/// psi = `clattering_bound(e)`, where c = e^⅓, and loses its stability at `neimark_sacker(e)`, where c = e^⅖.
+/// Its factor c is the root of c³ + Kc² + (1 − K − e)c − e = 0 between e and e^⅓, K = 1 + (1+e)ψ. It
+/// appears at psi = `clattering_bound(e)`, where c = e^⅓, and loses its stability at
+/// `neimark_sacker(e)`, where c = e^⅖.
 ///
-/// restitution : e in [0, 1), of both contacts. psi : in [−1, 1]. Raises ValueError naming the field.
+/// Parameters
+/// ----------
+/// restitution : float, in [0, 1)
+///     e, of both contacts.
+/// psi : float, in [−1, 1]
+///     The coupling ψ.
 ///
+/// Raises
+/// ------
+/// ValueError
+///     Names the field.
+///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> orbit = sf.theory.self_similar(0.5, 0.9)
 /// >>> round(orbit.factor, 6), orbit.stable
@@ -474,11 +569,22 @@ pub(crate) fn self_similar(
     Ok(found.map(|orbit| PySelfSimilar { orbit, restitution, psi }))
 }
 
-/// The coupling at which the self-similar orbit changes its stability (a Neimark–Sacker bifurcation). Below it the orbit repels
-/// neighbouring orbits. With c = e^⅖, 1 + (1+e)ψ = (e + ec − c − c³)/(c² − c).
+/// The coupling at which the self-similar orbit changes its stability (a Neimark–Sacker bifurcation).
+/// Below it the orbit repels neighbouring orbits. With c = e^⅖, 1 + (1+e)ψ = (e + ec − c − c³)/(c² −
+/// c).
 ///
-/// restitution : e in (0, 1), of both contacts. Raises ValueError naming it.
+/// Parameters
+/// ----------
+/// restitution : float, in (0, 1)
+///     e, of both contacts.
 ///
+/// Raises
+/// ------
+/// ValueError
+///     Names `restitution`.
+///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> psi = sf.theory.neimark_sacker(0.5)
 /// >>> sf.theory.self_similar(0.5, psi + 1e-6).stable, sf.theory.self_similar(0.5, psi - 1e-6).stable

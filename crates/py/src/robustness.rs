@@ -17,11 +17,13 @@ use crate::mechanism::body;
 use crate::options;
 use crate::posture::PyPosture;
 
-/// What a posture withstands: the share of random kicks of each size from which the body comes back. `standfast.robustness` returns it and
-/// says what comes back means. k is the number of sizes.
+/// What a posture withstands: the share of random kicks of each size from which the body comes back.
+/// `standfast.robustness` returns it and says what comes back means. k is the number of sizes.
 ///
 /// `print(result)` shows a table, `result.plot()` a picture.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> box = sf.Posture.box(0.3, 0.5, friction=0.5, restitution=0.3)
 /// >>> result = sf.robustness(box, [0.1, 1.0], trials=200)
@@ -174,12 +176,29 @@ impl PyRobustness {
         options::get(py, &Options { impact: self.found.impact, ..self.options.run })
     }
 
-    /// Draws the share over the size of the kicks, with its interval. Returns the matplotlib.figure.Figure, or `ax` if it is given.
+    /// Draws the share over the size of the kicks, with its interval.
     ///
-    /// path : file of the new figure; the suffix determines the format. ax : matplotlib axes.
+    /// Parameters
+    /// ----------
+    /// path : path_like or None, default None
+    ///     File of the new figure; the suffix determines the format.
+    /// ax : matplotlib Axes or None, default None
     ///
-    /// Raises ValueError for a suffix that is no picture format, and for both `path` and `ax`; TypeError if `ax` is no axes; OSError if the
-    /// file cannot be written. Needs matplotlib (extra `plot`).
+    /// Returns
+    /// -------
+    /// matplotlib Figure or Axes
+    ///     The matplotlib.figure.Figure, or `ax` if it is given.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     For a suffix that is no picture format, and for both `path` and `ax`.
+    /// TypeError
+    ///     If `ax` is no axes.
+    /// OSError
+    ///     If the file cannot be written.
+    /// ImportError
+    ///     Without matplotlib (extra `plot`).
     #[pyo3(signature = (path=None, *, ax=None))]
     fn plot<'py>(
         slf: &Bound<'py, Self>,
@@ -189,12 +208,18 @@ impl PyRobustness {
         slf.py().import("standfast.kicks_plot")?.call_method1("plot", (slf, path, ax))
     }
 
-    /// The result as plain dictionaries, lists and numbers, without the single kicks, which follow from seed and trials.
+    /// The result as plain dictionaries, lists and numbers, without the single kicks, which follow from
+    /// seed and trials.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         py.import("json")?.call_method1("loads", (self.found.to_json(),))
     }
 
     /// Writes the result as JSON.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     The file.
     fn to_json(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         write_whole(py, path, self.found.to_json().into_bytes())
     }
@@ -250,8 +275,13 @@ const NO_OPTIONS: [&str; 5] = ["stop", "time", "sensitivity_limit", "record", "c
 
 /// The computation of `standfast.robustness` at one posture.
 ///
-/// threads : number of threads; None uses every core. done : None, or a function that is called from time to time with the number of kicks
-/// that have been simulated since. The other arguments are those of `standfast.robustness`.
+/// Parameters
+/// ----------
+/// threads : int or None, default None
+///     Number of threads; None uses every core.
+/// done : callable or None, default None
+///     None, or a function that is called from time to time with the number of kicks that have been
+///     simulated since. The other arguments are those of `standfast.robustness`.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "the keywords of the function in Python")]
 #[pyo3(signature = (posture, sizes, *, trials=1000, seed=0, threads=None, done=None, **options), text_signature = "(posture, sizes, *, trials=1000, seed=0, threads=None, done=None, model=\"full\", impact=\"auto\", simultaneous=None, time_limit=None, event_limit=100_000, neighbourhood=1e999, edges=\"contact\", jams=\"none\")")]

@@ -22,15 +22,25 @@ use crate::modes::PyProblem;
 use crate::options;
 use crate::posture::PyPosture;
 
-/// An interval of time with one contact mode. An impact does not end the phase if the mode is the same after it: a body that
-/// bounces is in one phase S.
+/// An interval of time with one contact mode. An impact does not end the phase if the mode is the same
+/// after it: a body that bounces is in one phase S.
 ///
-/// mode : one letter for each contact: S separate, F fixed, R or L sliding right or left at the start of the phase. A LocalModel
-/// has no tangential motion and always has F. start, end : s. cause : the event at its start: "start", "impact", "zeno",
-/// "lift-off" (a normal force became zero), "stop" (a sliding speed became zero), "slip" (a force reached the edge of its cone) or
-/// "left-segment" (a contact reached the end of a piece of its terrain), "kick" or "ground-motion" (the motion of the ground changed). contact : the number of the contact of this event, or
-/// None. impacts : the number of `run.impacts` strictly between start and end; impacts that are summed in a Zeno point are not
-/// counted.
+/// Attributes
+/// ----------
+/// mode : str
+///     One letter for each contact: S separate, F fixed, R or L sliding right or left at the start
+///     of the phase. A LocalModel has no tangential motion and always has F.
+/// start, end : float, s
+/// cause : {"start", "impact", "zeno", "lift-off", "stop", "slip", "left-segment", "kick", "ground-motion"}
+///     The event at its start: "start", "impact", "zeno", "lift-off" (a normal force became zero),
+///     "stop" (a sliding speed became zero), "slip" (a force reached the edge of its cone) or
+///     "left-segment" (a contact reached the end of a piece of its terrain), "kick" or
+///     "ground-motion" (the motion of the ground changed).
+/// contact : int or None
+///     The number of the contact of this event.
+/// impacts : int
+///     The number of `run.impacts` strictly between start and end; impacts that are summed in a
+///     Zeno point are not counted.
 #[pyclass(frozen, eq, name = "Phase", module = "standfast.results")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyPhase(PhaseFields);
@@ -105,15 +115,37 @@ impl PyPhase {
     }
 }
 
-/// An instant at which contacts come to rest. Infinitely many impacts accumulate there; or the contacts land without rebound
-/// (plastic); or they rest from the start (method "rest").
+/// An instant at which contacts come to rest. Infinitely many impacts accumulate there; or the contacts
+/// land without rebound (plastic); or they rest from the start (method "rest").
 ///
-/// kind : "1-zeno", "2-zeno", … (the number of contacts that come to rest). contacts : their numbers. contact : the number, if
-/// there is only one, or None. time, elapsed : s. time_error : estimated error, s, of the sum, of the clock, and, if the run is recorded, of
-/// what rounding errors have grown to until then, as of `run.time_error`. It does not include the error of the local model. q, qdot : (3,), of a mechanism (dof,), None without a body. gaps, gap_rates : (n,). theta, omega : rotation (rad) and angular velocity
-/// (rad/s). method : how the impacts were summed. certified : whether the sum is proved. plastic : whether these contacts, all of
-/// restitution 0, come to rest in one impact without rebound, so that no impacts accumulate. first_summed : index of the first
-/// collision that was summed and not simulated.
+/// Attributes
+/// ----------
+/// kind : str
+///     "1-zeno", "2-zeno", … (the number of contacts that come to rest).
+/// contacts : tuple of int
+///     Their numbers.
+/// contact : int or None
+///     The number, if there is only one.
+/// time, elapsed : float, s
+///     On the clock, and since the start.
+/// time_error : float, s
+///     Estimated error of the sum, of the clock, and, if the run is recorded, of what rounding
+///     errors have grown to until then, as of `run.time_error`. It does not include the error of
+///     the local model.
+/// q, qdot : (3,) ndarray or None
+///     Configuration and velocity; of a mechanism (dof,), None without a body.
+/// gaps, gap_rates : (n,) ndarray, m and m/s
+/// theta, omega : float, rad and rad/s
+///     Rotation and angular velocity.
+/// method : {"bounce", "clatter", "chatter", "rest", "self-similar", "mixed", "nested"}
+///     How the impacts were summed.
+/// certified : bool
+///     Whether the sum is proved.
+/// plastic : bool
+///     Whether these contacts, all of restitution 0, come to rest in one impact without rebound, so
+///     that no impacts accumulate.
+/// first_summed : int
+///     Index of the first collision that was summed and not simulated.
 #[pyclass(frozen, eq, name = "ZenoPoint", module = "standfast.results")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyZenoPoint(ZenoFields);
@@ -321,6 +353,8 @@ impl PyRunContact {
 
 /// A run: its outcome, its events, and the motion at any time.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
 /// >>> run = sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0))
@@ -586,9 +620,20 @@ impl PyRun {
         self.0.time_error()
     }
 
-    /// (q, qdot), each (..., 3), of a mechanism (..., dof), at times t : (...) s of the run; exact within a phase. At the time of an impact it is the state
-    /// after the impact; after the outcome "rest", the state of rest. Raises ValueError if t is outside the run, if the run was not recorded, or if t is so close to the end of
-    /// a sum of impacts that more than 100 000 events of the sum (20 million of two contacts in the local model) are before t.
+    /// (q, qdot), each (..., 3), of a mechanism (..., dof), at times t; exact within a phase. At the time of an impact it is the state after the impact; after the outcome "rest", the
+    /// state of rest.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : (...) array_like, s
+    ///     Times of the run.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If t is outside the run, if the run was not recorded, or if t is so close to the end of a
+    ///     sum of impacts that more than 100 000 events of the sum (20 million of two contacts in the
+    ///     local model) are before t.
     fn at<'py>(&self, py: Python<'py>, t: &Bound<'py, PyAny>) -> PyResult<Pair<'py>> {
         let dof = self.0.mechanism().map_or(3, Mechanism::dof);
         let t = doubles("t", t)?;
@@ -610,7 +655,12 @@ impl PyRun {
         Ok((half(0)?, half(dof)?))
     }
 
-    /// Gaps of the contacts of the posture, (..., n) m, at times t : (...) s of the run. See `at`.
+    /// Gaps of the contacts of the posture, (..., n) m, at times t. See `at`.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : (...) array_like, s
+    ///     Times of the run.
     fn gaps_at<'py>(
         &self,
         py: Python<'py>,
@@ -619,7 +669,12 @@ impl PyRun {
         self.at_times(py, t, &[self.0.gaps().len()], |run, t| Ok(run.at(t)?.gaps))
     }
 
-    /// Gap rates of the contacts of the posture, (..., n) m/s, at times t : (...) s of the run. See `at`.
+    /// Gap rates of the contacts of the posture, (..., n) m/s, at times t. See `at`.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : (...) array_like, s
+    ///     Times of the run.
     fn gap_rates_at<'py>(
         &self,
         py: Python<'py>,
@@ -628,10 +683,15 @@ impl PyRun {
         self.at_times(py, t, &[self.0.gaps().len()], |run, t| Ok(run.at(t)?.rates))
     }
 
-    /// World positions (x, y) of the contact points of `run.contacts`, (..., k, 2) m, at times t : (...) s of the run. In the full model
-    /// x_i + r + (R(θ) − 1) d_i with the arm d_i = x_i − center_of_mass, in the local model x_i + r + θ (−d_y, d_x); of a side, the corner of
-    /// the ground. NaN without a body, and for a mechanism.
-    /// See `at`.
+    /// World positions (x, y) of the contact points of `run.contacts`, (..., k, 2) m, at times t.
+    /// In the full model x_i + r + (R(θ) − 1) d_i with the arm d_i = x_i − center_of_mass, in
+    /// the local model x_i + r + θ (−d_y, d_x); of a side, the corner of the ground. NaN without a body,
+    /// and for a mechanism. See `at`.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : (...) array_like, s
+    ///     Times of the run.
     fn points_at<'py>(
         &self,
         py: Python<'py>,
@@ -641,19 +701,35 @@ impl PyRun {
         self.at_times(py, t, &shape, |run, t| Ok(run.points(t)?.into_iter().flatten()))
     }
 
-    /// Contact forces of the smooth motion on the contacts of `run.contacts`, (..., k, 2) N, (tangential, normal), at times t : (...) s of the
-    /// run. Each pair is in the axes of the piece of terrain, or of the side of the body, that touches. The forces satisfy M q̈ = (0, −m g, 0) + Σ_i (T_iᵀ f_t,i + N_iᵀ f_n,i), with
-    /// M = diag(m, m, mρ²) and the rows N_i = (n_i, b_i), T_i = (t_i, −c_i), which the local model takes at q = 0.
+    /// Contact forces of the smooth motion on the contacts of `run.contacts`, (..., k, 2) N, (tangential,
+    /// normal), at times t. Each pair is in the axes of the piece of terrain, or of
+    /// the side of the body, that touches. The forces satisfy M q̈ = (0, −m g, 0) + Σ_i (T_iᵀ f_t,i + N_iᵀ
+    /// f_n,i), with M = diag(m, m, mρ²) and the rows N_i = (n_i, b_i), T_i = (t_i, −c_i), which the local
+    /// model takes at q = 0.
     ///
-    /// They are zero in flight. Impacts have impulses instead (`run.impacts`). At the time of an impact or of a change of the contact
-    /// modes, the forces are those after it. Where this equation allows several forces, these are the ones with the smallest Σ|f|² in the
-    /// friction cones. (A real body chooses by its elasticity.) In a vertex of the terrain a contact touches two pieces: it has the sum
-    /// of their forces, in the axes of the first piece. A disc touches them with two points of its rim: the sum has their force and not their
-    /// moment, and the equation above does not hold for it.
+    /// They are zero in flight. Impacts have impulses instead (`run.impacts`). At the time of an impact or
+    /// of a change of the contact modes, the forces are those after it. Where this equation allows several
+    /// forces, these are the ones with the smallest Σ|f|² in the friction cones. (A real body chooses by
+    /// its elasticity.) In a vertex of the terrain a contact touches two pieces: it has the sum of their
+    /// forces, in the axes of the first piece. A disc touches them with two points of its rim: the sum has
+    /// their force and not their moment, and the equation above does not hold for it.
     ///
-    /// NaN without a body, where no force causes the motion (at the singularity of a jam), and at the end of a run that does not determine
-    /// what follows: at the Zeno point of stop="zeno", and where it is inconsistent or ambiguous. Raises ValueError as `at`.
+    /// NaN without a body, where no force causes the motion (at the singularity of a jam), and at the end
+    /// of a run that does not determine what follows: at the Zeno point of stop="zeno", and where it is
+    /// inconsistent or ambiguous.
     ///
+    /// Parameters
+    /// ----------
+    /// t : (...) array_like, s
+    ///     Times of the run.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     As `at`.
+    ///
+    /// Examples
+    /// --------
     /// >>> import math
     /// >>> import standfast as sf
     /// >>> block = sf.Posture(mass=2, gyration_radius=1, center_of_mass=(0, 1), gravity=10, restitution=0,
@@ -670,7 +746,13 @@ impl PyRun {
         self.at_times(py, t, &shape, |run, t| Ok(run.forces(t)?.into_iter().flatten()))
     }
 
-    /// The trajectory at n times, 2 ≤ n ≤ 10⁷, denser where there are many events: t (n,), q (n, 3), qdot (n, 3).
+    /// The trajectory at n times, 2 ≤ n ≤ 10⁷, denser where there are many events: t (n,), q (n, 3), qdot
+    /// (n, 3).
+    ///
+    /// Parameters
+    /// ----------
+    /// n : int, from 2 to 10⁷
+    ///     Number of times.
     fn sample<'py>(&self, py: Python<'py>, n: &Bound<'py, PyAny>) -> PyResult<Sample<'py>> {
         let n = whole("n", n, 2..=MOST_SAMPLES)?;
         let t = self.0.sample_times(n).map_err(|e| to_py(&e))?.into_pyarray(py);
@@ -678,7 +760,12 @@ impl PyRun {
         Ok((t, q, qdot))
     }
 
-    /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y, of a mechanism ½ q̇ᵀM q̇ − loadᵀq, J, at times t : (...) s of the run; NaN without a body.
+    /// Energy ½m(|ṙ|² + ρ²θ̇²) + m g r_y, of a mechanism ½ q̇ᵀM q̇ − loadᵀq, J, at times t; NaN without a body.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : (...) array_like, s
+    ///     Times of the run.
     fn energy<'py>(
         &self,
         py: Python<'py>,
@@ -687,19 +774,39 @@ impl PyRun {
         self.at_times(py, t, &[], |run, t| Ok([run.energy(t)?]))
     }
 
-    /// Draw the run. Without `ax`: a new figure with at most five panels. If the run has a posture, the first and largest shows the body
-    /// on its ground at some instants, to scale, with the times, the path of the centre of mass and arrows for kicks; of a long journey
-    /// only the end. Below are the gaps over time with the impacts that can be told apart, and, if there is something to see, the angle,
-    /// the contact forces (see `forces_at`) and the motion of the ground; vertical lines are kicks. If one accumulation of impacts is the
-    /// main event, the last panel shows the gaps against the time left until its end. Returns the matplotlib.figure.Figure, which a
-    /// notebook shows once: it is not left open in pyplot, so that `plt.show()` does not show it. With `ax`: the gaps over time in these
-    /// axes, without a title; a figure that has no layout of its own gets one in which no label is cut off. Returns `ax`.
+    /// Draw the run. Without `ax`: a new figure with at most five panels. If the run has a posture, the
+    /// first and largest shows the body on its ground at some instants, to scale, with the times, the path
+    /// of the centre of mass and arrows for kicks; of a long journey only the end. Below are the gaps over
+    /// time with the impacts that can be told apart, and, if there is something to see, the angle, the
+    /// contact forces (see `forces_at`) and the motion of the ground; vertical lines are kicks. If one
+    /// accumulation of impacts is the main event, the last panel shows the gaps against the time left until
+    /// its end.
     ///
-    /// path : file of the new figure; the suffix determines the format. ax : matplotlib axes; for a window use `fig, ax =
-    /// plt.subplots(); run.plot(ax=ax); plt.show()`.
+    /// Parameters
+    /// ----------
+    /// path : path_like or None, default None
+    ///     File of the new figure; the suffix determines the format.
+    /// ax : matplotlib Axes or None, default None
+    ///     Matplotlib axes; for a window use `fig, ax = plt.subplots(); run.plot(ax=ax); plt.show()`.
     ///
-    /// Raises ValueError for a run without record (record=False), for a suffix that is no picture format, and for both `path` and
-    /// `ax`; TypeError if `ax` is no axes; OSError if the file cannot be written. Needs matplotlib (extra `plot`).
+    /// Returns
+    /// -------
+    /// matplotlib Figure or Axes
+    ///     The matplotlib.figure.Figure, which a notebook shows once: it is not left open in pyplot, so
+    ///     that `plt.show()` does not show it. With `ax`: the gaps over time in these axes, without a
+    ///     title; a figure that has no layout of its own gets one in which no label is cut off.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     For a run without record (record=False), for a suffix that is no picture format, and for
+    ///     both `path` and `ax`.
+    /// TypeError
+    ///     If `ax` is no axes.
+    /// OSError
+    ///     If the file cannot be written.
+    /// ImportError
+    ///     Without matplotlib (extra `plot`).
     #[pyo3(signature = (path=None, *, ax=None))]
     fn plot<'py>(
         slf: &Bound<'py, Self>,
@@ -711,19 +818,36 @@ impl PyRun {
 
     /// Write a film of the run: the body on its ground, to scale, above the gaps over the time of the film.
     ///
-    /// Letters at the closed contacts are their modes (F fixed, R or L sliding). Arrows in the friction cones are contact forces; the longest
-    /// is the largest force of the film. A ring is an impact, an orange arrow a kick, and an arrow in the ground its acceleration. Where the
-    /// body moves far, the picture follows it.
+    /// Letters at the closed contacts are their modes (F fixed, R or L sliding). Arrows in the friction
+    /// cones are contact forces; the longest is the largest force of the film. A ring is an impact, an
+    /// orange arrow a kick, and an arrow in the ground its acceleration. Where the body moves far, the
+    /// picture follows it.
     ///
-    /// path : file, .gif, .mp4 or .html: a page of one file that plays, scrubs and steps from event to event by both clocks. fps : frames per
-    /// second, at most 1000 (a GIF has a whole number of hundredths of a second for each frame; a page has as many as the screen).
-    /// speed : how fast the film is, see `clock`. clock : "real": in one second of the film, `speed` seconds of the run. "zeno": in one second of
-    /// the film the time left to the next Zeno point decreases by `speed` decades, so that the impacts before it do not become too fast to be
-    /// seen, and the gaps have a logarithmic axis; after the last Zeno point, and in a run without any, as "real". See `frame_times`.
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     File, .gif, .mp4 or .html: a page of one file that plays, scrubs and steps from event to
+    ///     event by both clocks.
+    /// fps : float, at most 1000, default 30
+    ///     Frames per second (a GIF has a whole number of hundredths of a second for each
+    ///     frame; a page has as many as the screen).
+    /// speed : float, > 0, default 1.0
+    ///     How fast the film is, see `clock`.
+    /// clock : {"real", "zeno"}
+    ///     "real": in one second of the film, `speed` seconds of the run. "zeno": in one second of the
+    ///     film the time left to the next Zeno point decreases by `speed` decades, so that the impacts
+    ///     before it do not become too fast to be seen, and the gaps have a logarithmic axis; after the
+    ///     last Zeno point, and in a run without any, as "real". See `frame_times`.
     ///
-    /// Raises ValueError for another suffix, for a run of a LocalModel without a body, for a run without record (record=False), for more than
-    /// 20 000 frames, and for .mp4 without the program ffmpeg; OSError if the file cannot be written. .gif and .mp4 need matplotlib (extra
-    /// `plot`).
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     For another suffix, for a run of a LocalModel without a body, for a run without record
+    ///     (record=False), for more than 20 000 frames, and for .mp4 without the program ffmpeg.
+    /// OSError
+    ///     If the file cannot be written.
+    /// ImportError
+    ///     For .gif and .mp4, without matplotlib (extra `plot`).
     #[pyo3(signature = (path, fps=None, speed=None, clock=None), text_signature = "($self, path, fps=30, speed=1.0, clock='real')")]
     fn animate<'py>(
         slf: &Bound<'py, Self>,
@@ -740,12 +864,31 @@ impl PyRun {
         Ok(())
     }
 
-    /// A player of the run for a cell of a notebook: the moving body above the gaps over time, in a frame that loads nothing from elsewhere.
-    /// It scrubs, steps from event to event, and changes between both clocks. The saved notebook grows by about a megabyte.
+    /// A player of the run for a cell of a notebook: the moving body above the gaps over time, in a frame
+    /// that loads nothing from elsewhere. It scrubs, steps from event to event, and changes between both
+    /// clocks. The saved notebook grows by about a megabyte.
     ///
-    /// height : of the frame, px, from 100 to 10 000. speed, clock : at the beginning, as in `animate`; None: the speed at which the film takes
-    /// some seconds. Returns an object that a notebook shows. Raises ValueError as `film`.
+    /// Parameters
+    /// ----------
+    /// height : int, px, from 100 to 10 000, default 640
+    ///     Of the frame.
+    /// speed : float or None, default None
+    ///     At the beginning, as in `animate`; None: the film takes some seconds.
+    /// clock : {"real", "zeno"}
+    ///     At the beginning, as in `animate`.
     ///
+    /// Returns
+    /// -------
+    /// Player
+    ///     An object that a notebook shows.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     As `film`.
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
     /// >>> sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0)).show(clock="zeno")     # in a notebook: the player
@@ -762,13 +905,23 @@ impl PyRun {
         slf.py().import("standfast.notebook")?.call_method1("show", arguments)
     }
 
-    /// What a player shows of the run, as a dict that JSON can hold: {"drawing", "frames", "phases", "impacts", "zeno_points", ...}. "frames"
-    /// has columns with an entry for each frame: t (s on the clock of the run), zeno (the other clock, see `film_time`), q, gaps (m) and
-    /// forces (N, (tangential, normal) of each contact).
+    /// What a player shows of the run, as a dict that JSON can hold: {"drawing", "frames", "phases",
+    /// "impacts", "zeno_points", ...}. "frames" has columns with an entry for each frame: t (s on the clock
+    /// of the run), zeno (the other clock, see `film_time`), q, gaps (m) and forces (N, (tangential,
+    /// normal) of each contact).
     ///
-    /// frames : their number, at least 2; some more are at the events. Raises ValueError for a run of a LocalModel without a body, and for a
-    /// run without record (record=False).
+    /// Parameters
+    /// ----------
+    /// frames : int, at least 2, default 2000
+    ///     Their number; some more are at the events.
     ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     For a run of a LocalModel without a body, and for a run without record (record=False).
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
     /// >>> film = sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0)).film(frames=100)
@@ -784,14 +937,31 @@ impl PyRun {
         py.import("json")?.call_method1("loads", (film.to_json(),))
     }
 
-    /// Times (k,) of the frames of a film with `fps` frames per second, s on the clock of the run. The first is the start, the last the end.
+    /// Times (k,) of the frames of a film with `fps` frames per second, s on the clock of the run. The
+    /// first is the start, the last the end.
     ///
-    /// clock : "real": `speed` seconds of the run in one second of the film. "zeno": towards the next Zeno point with infinitely many
-    /// impacts the time left decreases by `speed` decades in one second of the film: impacts whose flights become shorter by the factor e are
-    /// evenly spaced, by log10(1/e) at speed 1. This ends where a fall in the time left could not lift a contact above a gap that counts as
-    /// closed; the next frame shows the Zeno point itself. After the last one, and in a run without any: as "real". Raises ValueError for
-    /// values out of range, for more than 20 000 frames, and for a run without record (record=False).
+    /// Parameters
+    /// ----------
+    /// fps : float, at most 1000, default 30
+    ///     Frames per second.
+    /// speed : float, > 0, default 1.0
+    ///     How fast the film is, see `clock`.
+    /// clock : {"real", "zeno"}
+    ///     "real": `speed` seconds of the run in one second of the film. "zeno": towards the next Zeno
+    ///     point with infinitely many impacts the time left decreases by `speed` decades in one second
+    ///     of the film: impacts whose flights become shorter by the factor e are evenly spaced, by
+    ///     log10(1/e) at speed 1. This ends where a fall in the time left could not lift a contact
+    ///     above a gap that counts as closed; the next frame shows the Zeno point itself. After the
+    ///     last one, and in a run without any: as "real".
     ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     For values out of range, for more than 20 000 frames, and for a run without record
+    ///     (record=False).
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> ball = sf.Posture(mass=1, gyration_radius=0.4, center_of_mass=(0, 0), contacts=[sf.Contact(point=(0, 0))],
     /// ...                   restitution=0.5, gravity=10)
@@ -811,8 +981,15 @@ impl PyRun {
         Ok(times.map_err(|e| to_py(&e))?.into_pyarray(py))
     }
 
-    /// Times (...) of a film, s, at which it shows the times t : (...) s on the clock of the run. `speed` and `clock` as in `frame_times`.
-    /// Times outside the run count as its start or its end.
+    /// Times (...) of a film, s, at which it shows the times t : (...) s on the clock of the run. Times outside the run count as its start or its end.
+    ///
+    /// Parameters
+    /// ----------
+    /// t : (...) array_like, s
+    ///     On the clock of the run.
+    /// speed : float, > 0, default 1.0
+    /// clock : {"real", "zeno"}
+    ///     As in `frame_times`.
     #[pyo3(signature = (t, speed=None, clock=None), text_signature = "($self, t, speed=1.0, clock='real')")]
     fn film_time<'py>(
         &self,
@@ -832,13 +1009,23 @@ impl PyRun {
         py.import("json")?.call_method1("loads", (self.0.to_json(),))
     }
 
-    /// The collisions of `run.impacts` as one-dimensional columns, a dict for pandas.DataFrame(run.impact_table()).
+    /// The collisions of `run.impacts` as one-dimensional columns, a dict for
+    /// pandas.DataFrame(run.impact_table()). Empty columns unless recorded.
     ///
-    /// time, elapsed : s. contact : its number, from 1. x, y : the point that is hit, m (runs of a posture). rate_before, rate_after : gap
-    /// rate of the contact that is hit, m/s; NaN for a side, which has no gap. The infinitely many impacts that are summed are not listed: see
-    /// `run.zeno_points`. impulse_tangential, impulse_normal : N s, NaN without a mass. Empty columns unless recorded. The rates
-    /// of the other contacts are in `run.impacts`.
+    /// The infinitely many impacts that are summed are not listed: see `run.zeno_points`. The rates of the
+    /// other contacts are in `run.impacts`.
     ///
+    /// Returns
+    /// -------
+    /// dict
+    ///     * time, elapsed: s.
+    ///     * contact: its number, from 1.
+    ///     * x, y: the point that is hit, m (runs of a posture).
+    ///     * rate_before, rate_after: gap rate of the contact that is hit, m/s; NaN for a side, which has no gap.
+    ///     * impulse_tangential, impulse_normal: N s, NaN without a mass.
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> ball = sf.Posture(mass=2, gyration_radius=1, center_of_mass=(0, 0),
     /// ...                   contacts=[sf.Contact(point=(0, 0))], restitution=0.5, gravity=10)
@@ -851,15 +1038,26 @@ impl PyRun {
 
     /// The motion over time as an xarray.Dataset.
     ///
-    /// t : (k,) s of the run. None: a thousand times as those of `sample`, the times of all impacts, and the starts and ends of all
-    /// phases. At the time of an event the values are those after it.
+    /// Variables over time: q, qdot (coordinate: x, y, theta), gaps, rates and mode (contact, from 1; mode
+    /// is the letter of `phases`), points (contact, axis: x, y), forces (contact, direction: tangential,
+    /// normal). The contacts are those of `run.contacts`; sides have no gaps and rates (NaN). Attributes:
+    /// units and long_name of each variable; outcome, model, model_reason, posture and the version of
+    /// standfast of the dataset. NaN as in `at`, `points_at` and `forces_at`. Needs xarray: the extra
+    /// `map`.
     ///
-    /// Variables over time: q, qdot (coordinate: x, y, theta), gaps, rates and mode (contact, from 1; mode is the letter of `phases`),
-    /// points (contact, axis: x, y), forces (contact, direction: tangential, normal). The contacts are those of `run.contacts`; sides have no
-    /// gaps and rates (NaN). Attributes: units and long_name of each variable;
-    /// outcome, model, model_reason, posture and the version of standfast of the dataset. NaN as in `at`, `points_at` and `forces_at`.
-    /// Needs xarray: the extra `map`. Raises ValueError as `at`.
+    /// Parameters
+    /// ----------
+    /// t : (k,) array_like or None, s, default None
+    ///     Times of the run. None: a thousand times as those of `sample`, the times of all impacts, and the
+    ///     starts and ends of all phases. At the time of an event the values are those after it.
     ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     As `at`.
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
     /// >>> run = sf.simulate(rod, q=(0, 0.011, 0.002), qdot=(0, 0, 0))
@@ -875,21 +1073,41 @@ impl PyRun {
     }
 
     /// Writes the run to a file that `load` reads: JSON, as `to_json`.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     The file.
     fn save(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         self.to_json(py, path)
     }
 
-    /// Reads a file of `save` or `to_json`: simulates the run again, with the start and the options of the file, and compares the result
-    /// with every number of the file, to the last bit.
+    /// Reads a file of `save` or `to_json`: simulates the run again, with the start and the options of the
+    /// file, and compares the result with every number of the file, to the last bit.
     ///
-    /// Raises OSError if the file cannot be read, and ValueError naming the file and what is wrong in it, or the first value in which the
-    /// run differs from it. Another version of standfast may compute other last digits.
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     The file.
+    ///
+    /// Raises
+    /// ------
+    /// OSError
+    ///     If the file cannot be read.
+    /// ValueError
+    ///     Names the file and what is wrong in it, or the first value in which the run differs from it.
+    ///     Another version of standfast may compute other last digits.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
         interruptible_run(py, |cancel| Trajectory::load_until(path, cancel))
     }
 
     /// Writes the run as JSON.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     The file.
     fn to_json(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         write_whole(py, path, self.0.to_json().into_bytes())
     }

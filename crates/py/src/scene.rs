@@ -19,9 +19,19 @@ use crate::run::{PyRun, interruptible_run};
 
 /// A posture, its start, and the options of its run.
 ///
-/// posture : Posture. q, qdot : (3,) m, m, rad and per second. options : keywords of `simulate`, but for kicks : sequence of Kick,
-/// ground_motion : GroundMotion or None, and forces : sequence of Force.
+/// Parameters
+/// ----------
+/// posture : Posture
+/// q, qdot : (3,) array_like, m, m, rad and per second, default (0, 0, 0)
+///     The start.
+/// options : dict or None, default None
+///     Keywords of `simulate`, except those that follow.
+/// kicks : sequence of Kick, default ()
+/// ground_motion : GroundMotion or None, default None
+/// forces : sequence of Force, default ()
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
 /// >>> scene = sf.Scene(rod, q=(0, 0.01, 0), qdot=(0, 0, 0), options={"stop": "zeno"})
@@ -105,7 +115,16 @@ impl PyScene {
         vector(py, &excitation.wrench(options.time, fields.mass, fields.gravity).into())
     }
 
-    /// Runs the scene. Keywords of `standfast.simulate` replace the options of the scene.
+    /// Runs the scene.
+    ///
+    /// Parameters
+    /// ----------
+    /// **options : keyword of simulate
+    ///     They replace the options of the scene.
+    ///
+    /// Returns
+    /// -------
+    /// Run
     #[pyo3(signature = (**options))]
     fn simulate(&self, py: Python<'_>, options: Option<&Bound<'_, PyDict>>) -> PyResult<PyRun> {
         let keywords = options;
@@ -117,8 +136,19 @@ impl PyScene {
         interruptible_run(py, |cancel| Simulation { options, cancel, ..scene.simulation() }.run())
     }
 
-    /// Reads a scene from the text of `to_json`. Raises ValueError with the line and the error.
+    /// Reads a scene from the text of `to_json`.
     ///
+    /// Parameters
+    /// ----------
+    /// text : str
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     With the line and the error.
+    ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> scene = sf.Scene(sf.Posture.box(0.3, 0.5), q=(0, 0, 0), qdot=(0, 0, 0))
     /// >>> sf.Scene.from_json(scene.to_json()) == scene
@@ -129,6 +159,11 @@ impl PyScene {
     }
 
     /// Writes the scene to a file: JSON if its name ends in .json, else TOML.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     The file.
     fn save(&self, path: PathBuf) -> PyResult<()> {
         self.0.save(path).map_err(|e| to_py(&e))
     }
@@ -176,16 +211,33 @@ impl PyScene {
     }
 }
 
-/// Reads a scene file: JSON if its name ends in .json, else TOML. At most 1 MiB. `MechanismScene.load` reads those of mechanisms and assemblies.
+/// Reads a scene file: JSON if its name ends in .json, else TOML. At most 1 MiB. `MechanismScene.load`
+/// reads those of mechanisms and assemblies.
 ///
-/// Raises OSError if the file cannot be read, and ValueError naming the file, the place and the error. If the file is not a scene but a
-/// result, a map, a picture or the schema, the error names this kind.
+/// Parameters
+/// ----------
+/// path : path_like
+///     The file.
+///
+/// Raises
+/// ------
+/// OSError
+///     If the file cannot be read.
+/// ValueError
+///     Names the file, the place and the error. If the file is not a scene but a result, a map, a
+///     picture or the schema, the error names this kind.
 #[pyfunction]
 pub(crate) fn load(py: Python<'_>, path: PathBuf) -> PyResult<PyScene> {
     py.detach(|| Scene::load(path)).map(PyScene).map_err(|e| to_py(&e))
 }
 
-/// As `load`, for all scenes: a MechanismScene if the file has a mass_matrix or a list of bodies, else a Scene.
+/// As `load`, for all scenes: a MechanismScene if the file has a mass_matrix or a list of bodies, else
+/// a Scene.
+///
+/// Parameters
+/// ----------
+/// path : path_like
+///     The file.
 #[pyfunction]
 pub(crate) fn load_any(py: Python<'_>, path: PathBuf) -> PyResult<Loaded> {
     let found = py.detach(|| AnyScene::load(path)).map_err(|e| to_py(&e))?;

@@ -26,12 +26,16 @@ use crate::mechanism::{PyMechanism, body};
 use crate::modes::{PyModes, PyProblem};
 use crate::posture::PyPosture;
 
-/// The verdict on a posture: whether the body returns to rest after every small kick. Fields that apply to bodies on two contacts only, such as
-/// kinematic_strong, are None for other bodies.
+/// The verdict on a posture: whether the body returns to rest after every small kick. Fields that apply
+/// to bodies on two contacts only, such as kinematic_strong, are None for other bodies. `print(verdict)` shows all with a table of the modes.
 ///
-/// frictional_stability : "stable", "unstable" or "undecided"; by : the argument; evidence : its data. `print(verdict)` shows
-/// all of it with a table of the modes.
+/// Attributes
+/// ----------
+/// frictional_stability : {"stable", "unstable", "undecided"}
+///     The verdict; `by` is the argument, `evidence` its data.
 ///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> feet = [sf.Contact(point=(x, 0), friction=0.5) for x in (-1, 1)]
 /// >>> box = sf.Posture(mass=1, gyration_radius=0.4, center_of_mass=(0, 0.2), contacts=feet, restitution=0.1)
@@ -204,10 +208,14 @@ impl PyVerdict {
         word(&self.verdict.after_jam)
     }
 
-    /// Every contact that jams while it slides (Painlevé), and every two contacts that jam only together: a list of dicts {"contacts", "slides",
-    /// "friction"}. contacts : their numbers. slides : their directions, a letter "R" or "L" for each. friction : the coefficient of each from which up to
-    /// the given one they jam; of two contacts both are multiplied by the same factor. One contact jams with any larger one, too. Certain for all numbers within the width.
+    /// Every contact that jams while it slides (Painlevé), and every two contacts that jam only together: a
+    /// list of dicts {"contacts", "slides", "friction"}. contacts : their numbers. slides : their
+    /// directions, a letter "R" or "L" for each. friction : the coefficient of each from which up to the
+    /// given one they jam; of two contacts both are multiplied by the same factor. One contact jams with
+    /// any larger one, too. Certain for all numbers within the width.
     ///
+    /// Examples
+    /// --------
     /// >>> import math
     /// >>> import standfast as sf
     /// >>> angle, foot = math.radians(60), sf.Contact(point=(0, 0), friction=2)          # a uniform rod of 2 m: Painlevé's
@@ -291,10 +299,19 @@ impl PyVerdict {
         self.verdict.well.is_some()
     }
 
-    /// Bound of max(|x|, |y|, ρ|θ|), in m, for all motions with at most this energy E = ½m(ẋ² + ẏ² + ρ²θ̇²) + m g y, in J, in the local
-    /// model: E/(m g w), w the least y/max(|x|, |y|, ρ|θ|) over all displacements that the contacts allow. None unless the body `stays`.
+    /// Bound of max(|x|, |y|, ρ|θ|), in m, for all motions with at most this energy E = ½m(ẋ² + ẏ² + ρ²θ̇²)
+    /// + m g y, in J, in the local model: E/(m g w), w the least y/max(|x|, |y|, ρ|θ|) over all
+    /// displacements that the contacts allow. None unless the body `stays`.
     ///
-    /// Raises ValueError unless energy >= 0.
+    /// Parameters
+    /// ----------
+    /// energy : float, J, ≥ 0
+    ///     E.
+    ///
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     Unless energy >= 0.
     fn radius(&self, #[pyo3(from_py_with = input::energy)] energy: f64) -> PyResult<Option<f64>> {
         self.verdict.well.map(|well| well.radius(energy)).transpose().map_err(|e| to_py(&e))
     }
@@ -414,15 +431,26 @@ impl PyVerdict {
     }
 
     /// Writes the verdict, its evidence and the modes at rest as JSON.
+    ///
+    /// Parameters
+    /// ----------
+    /// path : path_like
+    ///     The file.
     fn to_json(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         write_whole(py, path, self.verdict.to_json().into_bytes())
     }
 
-    /// A certificate of the verdict, ready for JSON: the scene as exact doubles, the claim, and what a checker needs. `sf.certificate.check` proves
-    /// the claim again from the scene, in Python with the standard library alone. docs/certificates.md has its form.
+    /// A certificate of the verdict, ready for JSON: the scene as exact doubles, the claim, and what a
+    /// checker needs. `sf.certificate.check` proves the claim again from the scene, in Python with the
+    /// standard library alone. docs/certificates.md has its form.
     ///
-    /// Raises ValueError if the verdict is undecided, or if there is no certificate of its argument.
+    /// Raises
+    /// ------
+    /// ValueError
+    ///     If the verdict is undecided, or if there is no certificate of its argument.
     ///
+    /// Examples
+    /// --------
     /// >>> import standfast as sf
     /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
     /// >>> certificate = sf.stability(rod).certificate()
@@ -477,27 +505,55 @@ impl PyVerdict {
     }
 }
 
-/// Whether a posture is stable: after every small kick the body returns to rest near it. Returns a Verdict. Contacts in the air have no effect
-/// on small motions: a box on its side touches with two.
+/// Whether a posture is stable: after every small kick the body returns to rest near it.
 ///
-/// The verdict is for small motions, to first order, with frictionless impacts (the paper's local model). jams : what happens where a contact
-/// slides and no contact mode is consistent (Painlevé): "none" (no motion exists, and the verdict is "unstable" by "no-solution") or
-/// "impact" (the plastic impact of `simulate(..., jams="impact")` follows). width : the verdict holds for all scenes whose numbers differ from
-/// those given by at most this share: both coordinates of the arm from the centre of mass to a contact by this share of its length; slope,
-/// restitution, friction and radius of gyration by this share of themselves; 1e-3, say, for a body that was measured. Slopes that are multiples
-/// of a right angle are exact. From 0 to 0.1. trials : number of
-/// random small kicks to simulate as well. seed : seed of their random numbers. verdict.trials has their results, which are
-/// evidence and never change the verdict.
+/// The verdict is for small motions, to first order, with frictionless impacts (the paper's local
+/// model). Contacts in the air have no effect on small motions: a box on its side touches with two.
 ///
-/// posture : Posture or Mechanism, or a sequence of them: the result is then a list of Verdicts in the same order, computed on all cores, each the
-/// same to the last bit as by itself. For an array of objects it is an array of its shape. None has the answer None: a foothold out of reach, say.
-/// threads : number of threads for a sequence; None uses every core. progress : whether a progress bar is shown for a sequence; None shows it
-/// on a terminal after a second if tqdm is installed. With three coordinates that are not locked a mechanism has the tests of a rigid body. With more (joints with
-/// torques) it is "unstable" by "not-equilibrium", "accelerating-mode" or "no-solution", "stable" by "bounded-corners" or "potential-well", or "undecided". Several bodies are one mechanism, with the coordinates of all.
+/// With three coordinates that are not locked a mechanism has the tests of a rigid body. With more
+/// (joints with torques) it is "unstable" by "not-equilibrium", "accelerating-mode" or "no-solution",
+/// "stable" by "bounded-corners" or "potential-well", or "undecided". Several bodies are one mechanism,
+/// with the coordinates of all.
 ///
-/// Raises ValueError naming `contacts` if no contact touches its ground, or if one touches it at an end of its piece; for a sequence with the
-/// first item that has an error, as `posture[17]`, from 0.
+/// Parameters
+/// ----------
+/// jams : {"none", "impact"}
+///     What happens where a contact slides and no contact mode is consistent (Painlevé): "none" (no
+///     motion exists, and the verdict is "unstable" by "no-solution") or "impact" (the plastic
+///     impact of `simulate(..., jams="impact")` follows).
+/// width : float, from 0 to 0.1, default 1e-12
+///     The verdict holds for all scenes whose numbers differ from those given by at most this
+///     share: both coordinates of the arm from the centre of mass to a contact by this share of its
+///     length; slope, restitution, friction and radius of gyration by this share of themselves;
+///     1e-3, say, for a body that was measured. Slopes that are multiples of a right angle are
+///     exact.
+/// trials : int, default 0
+///     Number of random small kicks to simulate as well.
+/// seed : int, default 0
+///     Seed of their random numbers. verdict.trials has their results, which are evidence and never
+///     change the verdict.
+/// posture : Posture, Mechanism or System, or a sequence or object array of them
+///     Of a sequence the result is a list of Verdicts in the same order, computed on all cores, each the
+///     same to the last bit as by itself; of an array of objects it is an array of its shape. None in it
+///     has the answer None: a foothold out of reach, say.
+/// threads : int or None, default None
+///     Number of threads for a sequence; None uses every core.
+/// progress : bool or None, default None
+///     Whether a progress bar is shown for a sequence; None shows it on a terminal after a second
+///     if tqdm is installed.
 ///
+/// Returns
+/// -------
+/// Verdict, or a list or an array of them
+///
+/// Raises
+/// ------
+/// ValueError
+///     Names `contacts` if no contact touches its ground, or if one touches it at an end of its
+///     piece; for a sequence with the first item that has an error, as `posture[17]`, from 0.
+///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
 /// >>> sf.stability(rod).by
@@ -560,11 +616,23 @@ pub(crate) fn stability<'py>(
 /// Least and largest (tangential, normal) force of each contact.
 type Extremes<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<f64>>);
 
-/// The forces that can hold a body, or a mechanism, at rest in its posture. Returns the least and the largest (tangential, normal) force of
-/// each contact over all forces that friction allows, (n, 2) N each; ±inf where contacts can squeeze the body without bound. Returns
-/// None if no forces hold the body. Any number of contacts. For a contact at a vertex of the terrain the force is the sum over both
-/// pieces, along and across the piece with the slope of the contact.
+/// The forces that can hold a body, or a mechanism, at rest in its posture.
 ///
+/// Parameters
+/// ----------
+/// posture : Posture or Mechanism or System
+///
+/// Returns
+/// -------
+/// (ndarray, ndarray) or None, N
+///     The least and the largest (tangential, normal) force of each contact over all forces that
+///     friction allows, (n, 2) each; ±inf where contacts can squeeze the body without bound.
+///     None if no forces hold the body. Any number of contacts. For a contact at a vertex
+///     of the terrain the force is the sum over both pieces, along and across the piece with the
+///     slope of the contact.
+///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, gravity=10, friction=0.5)
 /// >>> low, high = sf.static_forces(rod)
@@ -587,13 +655,26 @@ pub(crate) fn static_forces<'py>(
     Ok(Some((array(low)?, array(high)?)))
 }
 
-/// The friction that a body at rest has to spare: 1 − κ, where κ is the least factor on all coefficients of friction with which the
-/// contacts still hold the body. 1: the body stands without friction. Negative: there is too little friction. −inf: no factor is
-/// sufficient. Any number of contacts. Forces may be outside of their cones by 1e-12 of the load, so the margin has an error of this order.
-/// posture : Posture or Mechanism, which has its load with all factors: that of a robot under torques is the friction that these torques leave.
+/// The friction that a body at rest has to spare: 1 − κ, where κ is the least factor on all
+/// coefficients of friction with which the contacts still hold the body. 1: the body stands without
+/// friction. Negative: there is too little friction. −inf: no factor is sufficient. Any number of
+/// contacts. Forces may be outside of their cones by 1e-12 of the load, so the margin has an error of
+/// this order.
 ///
-/// A sequence, or an array of objects, has an array of margins; nan for None. threads, progress : as for `stability`.
+/// A sequence, or an array of objects, has an array of margins; nan for None.
 ///
+/// Parameters
+/// ----------
+/// posture : Posture, Mechanism or System, or a sequence or object array of them
+///     A mechanism has its load with all factors: that of a robot under torques is the friction that
+///     these torques leave.
+/// threads : int or None, default None
+///     As for `stability`.
+/// progress : bool or None, default None
+///     As for `stability`.
+///
+/// Examples
+/// --------
 /// >>> import math
 /// >>> import standfast as sf
 /// >>> foot = sf.Contact(point=(0, 0), slope=math.atan(0.2), friction=0.5)
@@ -622,12 +703,23 @@ pub(crate) fn friction_margin<'py>(
     }
 }
 
-/// Interval (low, high) of abscissas of the centre of mass, m, at which friction and normal forces at the contacts can hold the
-/// body against gravity; ±inf where there is no bound, None if the interval is empty. Any number of contacts.
+/// Interval (low, high) of abscissas of the centre of mass, m, at which friction and normal forces at
+/// the contacts can hold the body against gravity; ±inf where there is no bound, None if the interval
+/// is empty. Any number of contacts.
 ///
-/// posture : Posture, or Mechanism with all joints locked; its abscissas are those from the point of which (x, y) are the coordinates. ValueError
-/// for other mechanisms.
+/// Parameters
+/// ----------
+/// posture : Posture or Mechanism
+///     A Mechanism with all joints locked; its abscissas are those from the point of which (x, y) are
+///     the coordinates.
 ///
+/// Raises
+/// ------
+/// ValueError
+///     For other mechanisms.
+///
+/// Examples
+/// --------
 /// >>> import standfast as sf
 /// >>> sf.equilibrium_region(sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1))
 /// (-0.5, 0.5)

@@ -40,12 +40,21 @@ impl Subject {
     }
 }
 
-/// The computation of `standfast.sweep`: quantities of a posture over a grid of its parameters, or of a chain in the configuration q; hold : its
-/// joints have these torques of holding_torques, "middle" or "least"; None: their own.
+/// The computation of `standfast.sweep`: quantities of a posture over a grid of its parameters, or of a
+/// chain in the configuration q; hold : its joints have these torques of holding_torques, "middle" or
+/// "least"; None: their own.
 ///
-/// over : pairs (path, values); the last one varies fastest. quantities : their names. q, qdot, options : start and options of
-/// the runs for "fate" and "zeno_time".
+/// Parameters
+/// ----------
+/// over : sequence of (str, array_like)
+///     Pairs (path, values); the last one varies fastest.
+/// quantities : sequence of str
+///     Their names.
+/// q, qdot, options : array_like or None, default None
+///     Start and options of the runs for "fate" and "zeno_time".
 ///
+/// Examples
+/// --------
 /// >>> from standfast import Posture
 /// >>> from standfast._core import Sweep
 /// >>> rod = Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1, friction=0.5)
@@ -156,8 +165,13 @@ impl PySweep {
         PyList::new(py, words)
     }
 
-    /// The quantities at the points from `start` up to `stop`, an array for each: bool, float64, or uint8 codes of words.
-    /// threads : number of threads; None uses every core.
+    /// The quantities at the points from `start` up to `stop`, an array for each: bool, float64, or uint8
+    /// codes of words.
+    ///
+    /// Parameters
+    /// ----------
+    /// threads : int or None, default None
+    ///     Number of threads; None uses every core.
     #[pyo3(signature = (start, stop, threads=None))]
     fn run<'py>(
         &self,

@@ -115,8 +115,18 @@ def _proved(
 def check(certificate: Any) -> None:
     """Checks a certificate of a verdict, as `Verdict.certificate` makes it. Returns None if every step holds.
 
-    Raises ValueError naming the step and the value otherwise.
+    Parameters
+    ----------
+    certificate : dict
+        As it is read from JSON.
 
+    Raises
+    ------
+    ValueError
+        Names the step that does not hold, and the value.
+
+    Examples
+    --------
     >>> zero, half, one = map(float.hex, (0.0, 0.5, 1.0))
     >>> foot = {"number": 1, "point": [zero, zero], "slope": zero, "friction": half, "restitution": zero}
     >>> scene = {"mass": one, "gyration_radius": one, "center_of_mass": [one, one], "gravity": one, "contacts": [foot]}
@@ -143,7 +153,17 @@ def check(certificate: Any) -> None:
 
 
 def read(path: Path) -> Any:
-    """The certificate in a file. Raises ValueError naming the line that is not JSON, or the key that is given twice."""
+    """The certificate in a file.
+
+    Parameters
+    ----------
+    path : pathlib.Path
+
+    Raises
+    ------
+    ValueError
+        Names the line that is not JSON, or the key that is given twice.
+    """
     with path.open("rb") as file:
         text = file.read(MOST_BYTES + 1)
     require(
@@ -170,7 +190,17 @@ def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 
 def summary(certificate: Any) -> str:
-    """The claim of a certificate that has been checked, and the scene on which it holds."""
+    """The claim of a certificate that has been checked, and the scene on which it holds.
+
+    Parameters
+    ----------
+    certificate : dict
+
+    Returns
+    -------
+    str
+        Some lines.
+    """
     claim, scene = certificate["claim"], certificate["scene"]
     if "mass_matrix" in scene:
         numbers: tuple[str, ...] = ("mass_matrix", "load")
