@@ -19,17 +19,23 @@ PARTS = re.compile(
 
 
 def draw(page: Path) -> None:
-    """Runs the blocks of a page up to its last picture or film."""
+    """Runs the blocks of a page up to its last picture or film; a picture before all blocks is that of the last one."""
     parts = PARTS.findall(page.read_text(encoding="utf-8"))
-    while parts and parts[-1][0]:
-        parts.pop()
+    if not parts[0][2]:
+        while parts and parts[-1][0]:
+            parts.pop()
     names: dict[str, object] = {}
+    first = None
     for block, film, picture in parts:
-        if picture:
+        if picture and not names:
+            first = picture
+        elif picture:
             names["figure"].savefig(picture)  # type: ignore[attr-defined]
         for example in doctest.DocTestParser().get_examples(block):
             exec(compile(example.source, page.name, "single"), names)
         exec(compile(film, page.name, "exec"), names)
+    if first:
+        names["figure"].savefig(first)  # type: ignore[attr-defined]
 
 
 if __name__ == "__main__":

@@ -168,3 +168,24 @@ def test_every_page_fits_a_phone_and_asks_no_other_host(browser, address):
         assert len(asked) > len(pages)
         hosts = ("http://127.0.0.1", "data:", "blob:")
         assert [url for url in asked if not url.startswith(hosts)] == []
+
+
+def test_examples_are_copied_as_code_that_runs(browser, address):
+    """Without prompts and without what they print. The docstrings and pages themselves are run by other tests."""
+    blocks = 0
+    with opened(browser, f"{address}/") as shown:
+        for page in sorted(SITE.glob("**/index.html")):
+            shown.goto(f"{address}/{page.parent.relative_to(SITE)}/")
+            shown.wait_for_load_state("networkidle")
+            for text in shown.evaluate(
+                """() => [...document.querySelectorAll("[data-clipboard-target]")].map((button) => {
+                    button.click();
+                    return button.dataset.clipboardText;
+                })"""
+            ):
+                if text and "standfast" not in text.split(maxsplit=1)[0]:
+                    blocks += 1
+                    if not text.startswith(("pip ", "cargo ", "PYTHONPATH")):
+                        compile(text, str(page), "exec")
+                assert ">>>" not in (text or "")
+    assert blocks > 200
