@@ -5,9 +5,12 @@
 //! division of the grid into ranges.
 
 mod parameters;
+mod written;
 
 use std::fmt;
 use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
 
 use crate::body::posture::Posture;
 use crate::body::state::State;
@@ -45,15 +48,17 @@ pub fn grid_size(lengths: &[usize]) -> Result<usize, Error> {
 }
 
 /// A parameter of a posture and the values that it takes.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "written::Axis", into = "written::Axis")]
 pub struct Axis {
     path: String,
     field: Field,
     values: Vec<f64>,
 }
 
-/// A quantity that is computed at each point.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+/// A quantity that is computed at each point. It is written as its name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "&'static str")]
 pub enum Quantity {
     /// [`Equilibrium::holds`]
     Equilibrium,
@@ -70,7 +75,8 @@ pub enum Quantity {
 }
 
 /// A field of [`Conditions`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "Quantity", into = "Quantity")]
 pub enum OfConditions {
     /// [`Conditions::theorem_3`]: a kinematic-strong equilibrium in which clattering converges.
     Theorem3,
@@ -95,7 +101,8 @@ pub enum OfConditions {
 }
 
 /// A field of a verdict that needs the whole verdict.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "Quantity", into = "Quantity")]
 pub enum OfVerdict {
     /// `frictional_stability`: stable, unstable or undecided.
     Stability,
@@ -114,7 +121,8 @@ pub enum OfVerdict {
 }
 
 /// The kind of the values of a quantity.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "written::ValueKind", into = "written::ValueKind")]
 pub enum ValueKind {
     /// Yes or no.
     Flag,
@@ -295,7 +303,8 @@ impl OfConditions {
 }
 
 /// Values of a quantity, point by point.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "written::Column", into = "written::Column")]
 pub enum Column {
     /// Yes or no.
     Flags(Vec<bool>),
@@ -324,7 +333,8 @@ pub enum Column {
 /// assert_eq!(sweep.run(0..2, 1, &|| false)?, vec![Column::Flags(vec![true, false])]);
 /// # Ok::<(), standfast::Error>(())
 /// ```
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "written::Sweep", into = "written::Sweep")]
 pub struct Sweep {
     subject: Subject,
     axes: Vec<Axis>,

@@ -5,13 +5,16 @@ use std::collections::BTreeSet;
 use random::Random;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
-use standfast::body::{LocalModel, LocalModelFields, LocalState};
+use standfast::body::{
+    Chain, ChainFields, Foot, HoldingChoice, Joint, Link, LocalModel, LocalModelFields, LocalState,
+};
 use standfast::excitation::{Excitation, Force, GroundMotion, Kick};
 use standfast::modes::{ContactProblem, Method, Modes, ProblemFields, contact_modes};
 use standfast::options::{Impact, Jams, Simultaneous};
 use standfast::outcome::ContactNumber;
 use standfast::simulate::simulate_local;
 use standfast::stability::{Argument, Evidence, Stability, Verdict, trials};
+use standfast::sweep::{Axis, Column, OfConditions, OfVerdict, Quantity, Sweep, ValueKind};
 use standfast::{
     Contact, Lamina, Model, Options, Outcome, Posture, PostureFields, Scene, State, Stop,
     Trajectory, simulate, stability,
@@ -372,4 +375,102 @@ fn phases_carry_on_through_the_impacts_inside_them() {
     };
     let run = simulate(&ball, &State::at_rest([0.0, 4.9, 0.0]), &options).unwrap();
     assert_eq!((run.phases().len(), run.phases()[0].impacts, run.impacts().len()), (1, 1, 1));
+}
+
+fn quantities(names: &[&str]) -> Vec<Quantity> {
+    names.iter().map(|name| Quantity::parse(name).unwrap()).collect()
+}
+
+/// Of a body on level ground with runs, of one on a terrain, and of a chain.
+fn sweeps() -> Vec<Sweep> {
+    let lamina =
+        Lamina { gyration_radius: Some(0.2), restitution: 0.1, friction: 0.5, ..Lamina::default() };
+    let rod = Posture::rod(0.5, &lamina).unwrap();
+    let radii = Axis::new("gyration_radius", vec![0.2, 0.5], &rod).unwrap();
+    let places = Axis::new("contacts.2.point.x", vec![0.4, 0.6], &rod).unwrap();
+    let start = State::new([0.0, 0.011, 0.002], [0.0; 3]);
+    let options = Options { stop: Stop::Zeno, ..Options::default() };
+    let runs = Sweep::new(&rod, vec![radii, places], quantities(&["fate", "zeno_time", "by"]))
+        .and_then(|sweep| sweep.from_start(start, options)?.with_width(1e-6))
+        .unwrap()
+        .with_jams(Jams::Impact);
+    let terrain = vec![[-2.0, 0.0], [0.0, -0.5], [2.0, 0.0]];
+    let vee = Posture::block(1.0, 1.0, &Lamina { terrain, ..lamina }).unwrap();
+    let friction = Axis::new("friction", vec![0.2, 0.9], &vee).unwrap();
+    let on_terrain =
+        Sweep::new(&vee, vec![friction], quantities(&["equilibrium_margin", "equilibrium"]));
+    let leg = Link::uniform(1.0, 1.0);
+    let hip = Joint { parent: Some(1), at: Some(0.0), ..Joint::locked() };
+    let biped = Chain::new(ChainFields {
+        links: vec![Link { center: Some(0.0), ..Link::uniform(10.0, 1.0) }, leg, leg],
+        joints: vec![hip, hip],
+        feet: [2, 3].map(|link| Foot { friction: 0.8, ..Foot::of_link(link) }).to_vec(),
+        ..ChainFields::default()
+    });
+    let (biped, q) = (biped.unwrap(), [0.0, 0.0, -1.5, -0.5, 0.5]);
+    let angles = Axis::of_chain("base.angle", vec![-1.6, -0.9], &biped, &q).unwrap();
+    let feet = Axis::of_chain("foot.2.friction", vec![0.1, 0.8], &biped, &q).unwrap();
+    let asked = quantities(&["equilibrium", "stability"]);
+    let held = Some(HoldingChoice::Least);
+    let of_chain = Sweep::of_chain(&biped, &q, held, vec![angles, feet], asked);
+    vec![runs, on_terrain.unwrap(), of_chain.unwrap()]
+}
+
+#[test]
+fn sweeps_and_their_columns_are_read_back() {
+    for sweep in sweeps() {
+        let again: Sweep = back(&sweep);
+        assert_eq!(again, sweep);
+        let columns = sweep.run(0..sweep.size(), 1, &|| false).unwrap();
+        let same = again.run(0..again.size(), 1, &|| false).unwrap();
+        assert_eq!(format!("{same:?}"), format!("{columns:?}"));
+        let read: Vec<Column> = back(&columns);
+        assert_eq!(format!("{read:?}"), format!("{columns:?}"));
+    }
+    let numbers = Column::Numbers(vec![0.1, f64::NAN, f64::NEG_INFINITY]);
+    assert_eq!(json(&back(&numbers)), json(&numbers));
+}
+
+#[test]
+fn quantities_are_written_as_their_names() {
+    for (name, quantity) in Quantity::ALL {
+        assert_eq!(back(&quantity), quantity);
+        assert_eq!(back(&quantity.kind()), quantity.kind());
+        match quantity {
+            Quantity::Condition(field) => assert_eq!(read::<OfConditions>(&json(&name)), field),
+            Quantity::Verdict(field) => assert_eq!(read::<OfVerdict>(&json(&name)), field),
+            _ => assert!(serde_json::from_str::<OfVerdict>(&json(&name)).is_err(), "{name}"),
+        }
+    }
+    assert_eq!(json(&OfConditions::Theorem3), "\"theorem_3\"");
+}
+
+#[test]
+fn what_is_no_sweep_is_an_error() {
+    let written = json(&sweeps()[0]);
+    for (right, wrong, said) in [
+        ("gyration_radius", "gyration", "gyration"),
+        ("contacts.2.point.x", "contacts.3.point.x", "contacts counting from 1 to 2"),
+        ("\"zeno_time\"", "\"zeno\"", "one of stability"),
+        ("\"width\": 1e-6", "\"width\": 1.0", "width"),
+    ] {
+        let text = written.replace(right, wrong);
+        assert_ne!(text, written, "{right}");
+        let error = serde_json::from_str::<Sweep>(&text).unwrap_err().to_string();
+        assert!(error.contains(said), "{error}");
+    }
+    for text in [
+        r#"{"path": "mass", "values": []}"#,
+        r#"{"path": "contacts.0.slope", "values": [1.0]}"#,
+        r#"{"path": "mass", "values": [1.0], "unit": "kg"}"#,
+    ] {
+        assert!(serde_json::from_str::<Axis>(text).is_err(), "{text}");
+    }
+    for text in [
+        r#"{"words": {"words": ["stable", "unstable"], "codes": [0]}}"#,
+        r#"{"words": {"words": ["stable", "unstable", "undecided"], "codes": [3]}}"#,
+    ] {
+        assert!(serde_json::from_str::<Column>(text).is_err(), "{text}");
+    }
+    assert!(serde_json::from_str::<ValueKind>(r#"{"word": ["yes"]}"#).is_err());
 }

@@ -1,7 +1,11 @@
 //! The parameters of a posture and of a chain, by their paths.
 
+use serde::{Deserialize, Serialize};
+
 use crate::body::fields::PostureFields;
-use crate::body::{Base, Chain, ChainFields, GroundKind, HoldingChoice, JointKind, Posture};
+use crate::body::{
+    Base, Chain, ChainFields, GroundKind, HoldingChoice, JointKind, MAX_CONTACTS, MAX_DOF, Posture,
+};
 use crate::error::Error;
 use crate::sweep::unusable;
 
@@ -83,6 +87,9 @@ const OF_JOINT: [(&str, OfJoint); 3] =
 
 const OF_FOOT: [(&str, OfFoot); 2] = [("slope", OfFoot::Slope), ("friction", OfFoot::Friction)];
 
+/// A path has no larger number of a contact, a joint or a foot.
+const MOST_PARTS: usize = if MAX_CONTACTS > MAX_DOF { MAX_CONTACTS } else { MAX_DOF };
+
 /// The index and the rest of a path `prefix` number `.` rest, with a number from 1 to `count`.
 fn numbered<'a>(path: &'a str, prefix: &str, count: usize) -> Option<(usize, &'a str)> {
     let (number, rest) = path.strip_prefix(prefix)?.split_once('.')?;
@@ -95,7 +102,8 @@ fn named<T: Copy>(known: &[(&str, T)], name: &str) -> Option<T> {
 }
 
 /// What has the parameters.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub(super) enum Subject {
     Body(PostureFields),
     /// A chain in this configuration; the torques that its joints have instead of their own.
@@ -191,6 +199,21 @@ impl Field {
             let (index, rest) = numbered(path, "contacts.", contacts)?;
             Some(Self::Contact(index, named(&OF_CONTACT, rest)?))
         })
+    }
+
+    /// The parameter of this path in some body or chain.
+    pub(super) fn of_any(path: &str) -> Option<Self> {
+        let in_chain = |prefix| {
+            let (index, rest) = numbered(path, prefix, MOST_PARTS)?;
+            match prefix {
+                "joint." => Some(Self::Joint(index, named(&OF_JOINT, rest)?)),
+                _ => Some(Self::Foot(index, named(&OF_FOOT, rest)?)),
+            }
+        };
+        Self::of_body(path, MOST_PARTS)
+            .or_else(|| named(&OF_CHAIN, path))
+            .or_else(|| in_chain("joint."))
+            .or_else(|| in_chain("foot."))
     }
 
     fn of_chain(path: &str, fields: &ChainFields) -> Option<Self> {
