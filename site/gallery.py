@@ -29,7 +29,7 @@ def draw(page: Path) -> None:
     for block, film, picture in parts:
         if picture and not names:
             first = picture
-        elif picture:
+        elif picture.startswith(page.stem):
             names["figure"].savefig(picture)  # type: ignore[attr-defined]
         for example in doctest.DocTestParser().get_examples(block):
             exec(compile(example.source, page.name, "single"), names)

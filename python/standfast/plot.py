@@ -2,6 +2,7 @@
 
 import math
 import pathlib
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from io import BytesIO
 from itertools import pairwise
@@ -37,9 +38,11 @@ GROUND, SURFACE = "0.85", "0.5"
 #: Of contacts that never touch the ground, where there are many; of the path of the centre of mass.
 ALOOF, PATH = "0.8", "0.6"
 #: Width of a figure, in inches, and the largest number of its panels.
-WIDTH, PANELS = 9.0, 5
+WIDTH, PANELS = 7.0, 5
 #: Heights of the panels of the gaps, of another quantity over time, and of the gaps against the time left, in inches.
 GAPS, OTHER, APPROACH = 2.2, 1.5, 2.4
+#: Most characters in a line of the headline.
+HEADLINE = 72
 #: Size of small text, in points.
 SMALL = 8
 
@@ -168,7 +171,8 @@ def plot(
         axes.set_xlabel("time / s")
     if point is not None:
         draw_approach(figure.add_subplot(grid[next(rows)]), run, point)
-    figure.axes[0].set_title(_headline(run), loc="left", fontsize=11)
+    headline = textwrap.fill(_headline(run), HEADLINE)
+    figure.axes[0].set_title(headline, loc="left", fontsize=11)
     if path is not None:
         save(figure, path)
     return figure

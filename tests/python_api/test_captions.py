@@ -187,7 +187,7 @@ def test_a_run_is_called_what_it_is(name):
     run = make()
     figure = run.plot()
     headline = headline.format(t=f"{run.time:.12f}")
-    assert figure.axes[0].get_title(loc="left") == headline
+    assert figure.axes[0].get_title(loc="left").replace("\n", " ") == headline
     assert len(approach_panels(figure)) == accumulation
     assert shown.removesuffix(">") in repr(run)
     printed = account(run, name)

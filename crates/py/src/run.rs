@@ -776,8 +776,8 @@ impl PyRun {
 
     /// Draw the run. Without `ax`: a new figure with at most five panels. If the run has a posture, the
     /// first and largest shows the body on its ground at some instants, to scale, with the times, the path
-    /// of the centre of mass and arrows for kicks; of a long journey only the end. Below are the gaps over
-    /// time with the impacts that can be told apart, and, if there is something to see, the angle, the
+    /// of the centre of mass and arrows for kicks; of a long journey only the end. Below are, each if there
+    /// is something to see, the gaps over time with the impacts that can be told apart, the angle, the
     /// contact forces (see `forces_at`) and the motion of the ground; vertical lines are kicks. If one
     /// accumulation of impacts is the main event, the last panel shows the gaps against the time left until
     /// its end.
@@ -816,12 +816,13 @@ impl PyRun {
         slf.py().import("standfast.plot")?.call_method1("plot", (slf, path, ax))
     }
 
-    /// Write a film of the run: the body on its ground, to scale, above the gaps over the time of the film.
+    /// Write a film of the run: the body on its ground, to scale, above the gaps over the time of the film,
+    /// if any contact opens.
     ///
     /// Letters at the closed contacts are their modes (F fixed, R or L sliding). Arrows in the friction
-    /// cones are contact forces; the longest is the largest force of the film. A ring is an impact, an
-    /// orange arrow a kick, and an arrow in the ground its acceleration. Where the body moves far, the
-    /// picture follows it.
+    /// cones are contact forces: that of the weight is as long as the cone, and that of a force above three
+    /// weights is cut off there. A ring is an impact, an orange arrow a kick, and an arrow in the ground its
+    /// acceleration. Where the body moves far, the picture follows it.
     ///
     /// Parameters
     /// ----------
@@ -836,8 +837,9 @@ impl PyRun {
     /// clock : {"real", "zeno"}
     ///     "real": in one second of the film, `speed` seconds of the run. "zeno": in one second of the
     ///     film the time left to the next Zeno point decreases by `speed` decades, so that the impacts
-    ///     before it do not become too fast to be seen, and the gaps have a logarithmic axis; after the
-    ///     last Zeno point, and in a run without any, as "real". See `frame_times`.
+    ///     before it do not become too fast to be seen, the gaps have a logarithmic axis, and the body is
+    ///     shown once more with its gaps magnified; after the last Zeno point, and in a run without any,
+    ///     as "real". See `frame_times`.
     ///
     /// Raises
     /// ------
@@ -864,9 +866,9 @@ impl PyRun {
         Ok(())
     }
 
-    /// A player of the run for a cell of a notebook: the moving body above the gaps over time, in a frame
-    /// that loads nothing from elsewhere. It scrubs, steps from event to event, and changes between both
-    /// clocks. The saved notebook grows by about a megabyte.
+    /// A player of the run for a cell of a notebook: the moving body above its gaps and its angle over time,
+    /// in a frame that loads nothing from elsewhere. It scrubs, steps from event to event, and changes
+    /// between both clocks. The saved notebook grows by about a megabyte.
     ///
     /// Parameters
     /// ----------
