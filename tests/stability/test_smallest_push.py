@@ -156,3 +156,16 @@ def test_many_runs_with_motions_of_their_own():
         assert runs[k].ground_motion == motion
     with pytest.raises(ValueError, match=r"ground_motion = .4 motions. cannot be used: one motion of the ground, or one for each of the 3 states"):  # fmt: skip
         sf.simulate_many(box, np.zeros((3, 3)), (0, 0, 0), ground_motion=motions)
+
+
+def test_a_push_without_a_motion_says_so():
+    """A tall block whose blow makes it slide jams at once (Painlevé): the smallest push is 0, and not because the block falls."""
+    block = sf.Posture.box(0.5, 1.5, friction=2)
+    jams = sf.smallest_push(block)
+    assert jams.impulse < 1e-9
+    assert jams.outcome == "inconsistent"
+    assert "inconsistent" in repr(jams)
+    topples = sf.smallest_push(block, point=(0, 1.5))
+    assert topples.outcome == "rest"
+    assert "inconsistent" not in repr(topples)
+    assert sf.smallest_push(block, point=(0, 1.5), at_most=0.1).outcome is None

@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use standfast::excitation::GroundMotion;
 use standfast::push::{Push, PushOptions, SmallestPush, smallest_push_until};
 use standfast::simulate::Resources;
-use standfast::{Error, Posture};
+use standfast::{Error, Outcome, Posture};
 
 use crate::convert::float;
 use crate::error::to_py;
@@ -101,6 +101,13 @@ impl PySmallestPush {
         self.found.came_back.clone().into_pyarray(py)
     }
 
+    /// How the run with the smallest push ends, a word as `run.outcome`: "rest", elsewhere; "inconsistent", if no motion exists because a
+    /// contact jams. None if the body comes back from all.
+    #[getter]
+    fn outcome(&self) -> Option<String> {
+        self.found.outcome.map(|outcome| outcome.to_string())
+    }
+
     /// The posture that was pushed.
     #[getter]
     fn posture(&self) -> PyPosture {
@@ -146,9 +153,15 @@ impl PySmallestPush {
         };
         let most = float((self.found.at_most * 1e5).round() / 1e5);
         match self.smallest() {
-            Some(size) => format!(
-                "<SmallestPush: from {size:.5}{unit} on the body does not come back; tried up to {most}{unit}>"
-            ),
+            Some(size) => {
+                let end = match self.found.outcome {
+                    Some(Outcome::Rest) | None => String::new(),
+                    Some(outcome) => format!(" (the run is {outcome})"),
+                };
+                format!(
+                    "<SmallestPush: from {size:.5}{unit} on the body does not come back{end}; tried up to {most}{unit}>"
+                )
+            }
             None => format!("<SmallestPush: the body comes back from all up to {most}{unit}>"),
         }
     }
