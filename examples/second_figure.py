@@ -39,7 +39,7 @@ def chatter(e):
 
 def fate(e, psi):
     """Kind and method of the first Zeno point."""
-    local = sf.theory.LocalModel(
+    local = sf.LocalModel(
         gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e
     )
     run = local.simulate(**START, stop="zeno", record=False)

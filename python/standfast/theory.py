@@ -1,4 +1,4 @@
-"""The theory of two contacts in clattering: the local model without a body, its bounds in closed form, and its self-similar orbit.
+"""The theory of two contacts in clattering: orbits of the local model up to scale, its bounds in closed form, and its self-similar orbit.
 
 >>> import standfast as sf
 >>> round(sf.theory.clattering_bound(0.125), 15)         # (1/2 + 1/4)/(9/8)
@@ -8,7 +8,6 @@
 from standfast._core import (
     Exponents,
     Fate,
-    LocalModel,
     Orbit,
     SelfSimilar,
     chatter_bound,
@@ -22,7 +21,6 @@ from standfast._core import (
 __all__ = [
     "Exponents",
     "Fate",
-    "LocalModel",
     "Orbit",
     "SelfSimilar",
     "chatter_bound",

@@ -145,7 +145,7 @@ def test_a_run_without_an_end_is_refused():
     with pytest.raises(ValueError, match=text):
         sf.simulate(sf.Mechanism.of_posture(rod), (0, 0.1, 0.01))
     with pytest.raises(ValueError, match=text):
-        sf.theory.LocalModel((G, G), (0, 0), (0, 0), 1.0).simulate((0.1, 0.2), (0, 0))
+        sf.LocalModel((G, G), (0, 0), (0, 0), 1.0).simulate((0.1, 0.2), (0, 0))
 
 
 def test_an_elastic_piece_of_ground_needs_an_end_too():

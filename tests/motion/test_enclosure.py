@@ -87,7 +87,7 @@ def case(v):
 
 
 def enclosed(v, **options):
-    model = sf.theory.LocalModel(
+    model = sf.LocalModel(
         gravity=v["g"], psi=v["psi"], phi=(0, 0), restitution=v["e"]
     )
     options = {"stop": "zeno", "certify": True} | options
@@ -264,7 +264,7 @@ def test_the_reference():
 
 
 model = with_defaults(
-    sf.theory.LocalModel, gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1
+    sf.LocalModel, gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1
 )
 
 
@@ -441,7 +441,7 @@ def test_a_run_that_leaves_its_bounds_says_so():
     strayed = 0
     for _ in range(400):
         psi, e = rng.uniform(0.15, 0.4), rng.uniform(0.5, 0.9)
-        model = sf.theory.LocalModel((9.81, 9.81), (psi, psi), (0, 0), e)
+        model = sf.LocalModel((9.81, 9.81), (psi, psi), (0, 0), e)
         run = model.simulate(rng.uniform(0, 0.02, 2), rng.normal(size=2), certify=True, stop="zeno")  # fmt: skip
         if not (run.enclosure.zeno and run.zeno_points):
             continue

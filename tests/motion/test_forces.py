@@ -397,7 +397,7 @@ def test_forces_that_nothing_determines_are_nan():
     run = sf.simulate(rod, (0, 0, 0), (1, 0, 0))
     assert run.outcome == "inconsistent"
     assert np.isnan(run.forces_at(run.time)).all()
-    local = sf.theory.LocalModel((10, 10), (0, 0), (0, 0), 0.5)
+    local = sf.LocalModel((10, 10), (0, 0), (0, 0), 0.5)
     run = local.simulate(gaps=(5, 20), rates=(0, 0))
     assert np.isnan(run.forces_at([0.0, run.time])).all()
     assert run.points_at([[0.0], [run.time]]).shape == (2, 1, 2, 2)

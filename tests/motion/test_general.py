@@ -361,7 +361,7 @@ def test_one_that_never_lands_lands_with_nobody(never):
     other contact throws it off."""
     gravity, gaps = [10.0, 10.0], [1.0, 1.0]
     gravity[never], gaps[never] = 0.0, 0.3
-    local = sf.theory.LocalModel(gravity, psi=(-0.5, -0.5), phi=(0, 0), restitution=0.5)
+    local = sf.LocalModel(gravity, psi=(-0.5, -0.5), phi=(0, 0), restitution=0.5)
     run = local.simulate(gaps, (0, 0), time_limit=1.0)
     assert run.warnings == []
     first, lands = run.impacts[0], 1 - never

@@ -112,7 +112,7 @@ def test_clattering_times_from_the_first_impact(first, state, e, psi, g, time):
     """The local model starts when contact ``first`` lands; the numbering of the contacts is arbitrary."""
     u_a, u_b, h_b = state
     turned = (lambda a, b: (a, b)) if first == 1 else (lambda a, b: (b, a))
-    model = sf.theory.LocalModel(
+    model = sf.LocalModel(
         gravity=turned(*g), psi=turned(*psi), phi=turned(0.5, -0.5), restitution=e
     )
     run = model.simulate(

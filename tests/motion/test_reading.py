@@ -23,7 +23,7 @@ def runs():
     low, still = (0, 0.011, 0.002), (0, 0, 0)
     thrown = {"q": (0, 0.6, 0.4), "qdot": (1.5, 0.5, -3)}
     kicks = [sf.Kick(time=0.4, impulse=(0.4, 1.0))]
-    reduced = sf.theory.LocalModel((9.81, 9.81), (0.7, 0.7), (0.5, -0.5), 0.1)
+    reduced = sf.LocalModel((9.81, 9.81), (0.7, 0.7), (0.5, -0.5), 0.1)
     held = {"impact": "moreau", "time_limit": 2}
     return {
         "flights in a frozen frame": sf.simulate(rod, low, still, model="local"),

@@ -14,7 +14,7 @@ CHAOS = {"restitution": 0.9, "psi": 0.22}
 
 def model(restitution, psi, gravity=(1, 1)):
     psi = psi if np.ndim(psi) else (psi, psi)
-    return sf.theory.LocalModel(
+    return sf.LocalModel(
         gravity=gravity, psi=psi, phi=(0, 0), restitution=restitution
     )
 

@@ -40,7 +40,7 @@ def time_until_rest(gravity, psi, restitution, rates, gap):
 @pytest.mark.skipif(np.finfo(Number).eps > 2e-19, reason="no extended precision here")
 @pytest.mark.parametrize(("psi", "restitution", "rates", "gap"), CASES)
 def test_the_sum_is_the_time_of_all_impacts(psi, restitution, rates, gap):
-    model = sf.theory.LocalModel(
+    model = sf.LocalModel(
         gravity=(9.81, 9.81), psi=(psi, psi), phi=(0.0, 0.0), restitution=restitution
     )
     run = model.simulate(gaps=(0.0, gap), rates=rates)

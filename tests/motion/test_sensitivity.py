@@ -293,7 +293,7 @@ def test_mechanisms_and_local_models_have_it_too():
     one = sf.simulate(body, *start, model="local")
     two = sf.simulate(sf.Mechanism.of_posture(body), *start)
     assert one.sensitivity > 0 < two.sensitivity
-    model = sf.theory.LocalModel(
+    model = sf.LocalModel(
         gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.9
     )
     assert model.simulate((0, 0.1), (0.1, -1.9)).sensitivity > 0
@@ -301,7 +301,7 @@ def test_mechanisms_and_local_models_have_it_too():
 
 def test_the_end_at_a_zeno_point_has_the_error_of_its_time():
     """Chaos on smaller and smaller scales: a start changed by 1e-15 moves the Zeno point by 1e-6 s and more."""
-    local = sf.theory.LocalModel(
+    local = sf.LocalModel(
         gravity=(1, 1),
         psi=(0.6244270063384505,) * 2,
         phi=(0, 0),

@@ -103,7 +103,7 @@ def draw_spinning(rng):
 
 def simulate_local(v):
     """Run the local model up to its first Zeno point."""
-    model = sf.theory.LocalModel(
+    model = sf.LocalModel(
         gravity=(v["g1"], v["g2"]),
         psi=(v["psi1"], v["psi2"]),
         phi=(v["phi1"], v["phi2"]),

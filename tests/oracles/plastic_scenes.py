@@ -21,7 +21,7 @@ def rod(restitution, **fields):
 
 def local(rates=(0.1, -1.9), restitution=0.1):
     """Clattering of the local model, from an impact at contact 1 or from contact with the ground at both."""
-    model = sf.theory.LocalModel(
+    model = sf.LocalModel(
         gravity=(1, 1), psi=(0.9, 0.9), phi=(0.5, -0.5), restitution=restitution
     )
     return model.simulate(gaps=(0.0, 0.0 if rates[0] == 0.0 else 0.1), rates=rates)

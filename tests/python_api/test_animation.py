@@ -372,7 +372,7 @@ def test_a_run_that_cannot_be_shown_is_refused(tmp_path):
     path = tmp_path / "film.gif"
     with pytest.raises(ValueError, match="record = false cannot be used"):
         ball(record=False).animate(path)
-    model = sf.theory.LocalModel((10, 10), (0.1, 0.1), (0, 0), 0.5)
+    model = sf.LocalModel((10, 10), (0.1, 0.1), (0, 0), 0.5)
     with pytest.raises(ValueError, match="a LocalModel, which has no posture"):
         model.simulate((1, 1), (0, 0)).animate(path)
     with pytest.raises(OSError, match="no_folder"):

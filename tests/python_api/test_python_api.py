@@ -49,7 +49,7 @@ body = with_defaults(
     gravity=1.62,
 )
 local = with_defaults(
-    sf.theory.LocalModel,
+    sf.LocalModel,
     gravity=(9.81, 9.81),
     psi=(0.7, 0.7),
     phi=(0.5, -0.5),
@@ -219,7 +219,7 @@ def test_values_print_copy_and_compare(value):
     names = {
         "Contact": sf.Contact,
         "Posture": sf.Posture,
-        "LocalModel": sf.theory.LocalModel,
+        "LocalModel": sf.LocalModel,
         "inf": math.inf,
     }
     assert eval(repr(value), names) == value

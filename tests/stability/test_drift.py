@@ -33,7 +33,7 @@ def test_a_place_in_the_v_that_the_energy_leaves_open():
 
 def last_hits(g, psi, e, gaps, rates):
     """Time of the last impact of contact 2 until the first Zeno point, and the kind of that."""
-    model = sf.theory.LocalModel(g, psi, (0.0, 0.0), (e, e))
+    model = sf.LocalModel(g, psi, (0.0, 0.0), (e, e))
     run = model.simulate(gaps, rates, stop="zeno", event_limit=100_000)
     hits = run.impacts["elapsed"][run.impacts["contact"] == 2]
     return max(hits, default=0.0), run

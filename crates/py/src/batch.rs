@@ -31,7 +31,7 @@ use crate::run::{PyRun, interruptible_run};
 /// (array(['rest', 'rest'], dtype='<U17'), array(['2-zeno', '2-zeno'], dtype='<U6'))
 /// >>> bool(runs.time[1] == runs[1].time)
 /// True
-#[pyclass(frozen, name = "Runs", module = "standfast")]
+#[pyclass(frozen, name = "Runs", module = "standfast.results")]
 pub(crate) struct PyRuns {
     postures: Vec<Posture>,
     states: Vec<State>,

@@ -108,6 +108,6 @@ pub(crate) fn question<'py>(
 
 /// A Python `LocalModel`, created by its name in the package.
 pub(crate) fn local_model<'py>(py: Python<'py>, model: &LocalModel) -> PyResult<Bound<'py, PyAny>> {
-    let class = py.import("standfast.theory")?.getattr("LocalModel")?;
+    let class = py.import("standfast")?.getattr("LocalModel")?;
     class.call1((model.gravity(), model.psi(), model.phi(), model.restitution()))
 }

@@ -42,11 +42,11 @@ const STATES: usize = 256;
 /// Examples
 /// --------
 /// >>> import standfast as sf
-/// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
+/// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
 /// >>> run = local.simulate(gaps=(0.0, 0.1), rates=(0.1, -1.9), stop="zeno")
 /// >>> run.zeno_points[0].kind
 /// '2-zeno'
-#[pyclass(frozen, eq, name = "LocalModel", module = "standfast.theory")]
+#[pyclass(frozen, eq, name = "LocalModel", module = "standfast")]
 #[derive(Clone, PartialEq)]
 pub(crate) struct PyLocalModel(pub(crate) LocalModel);
 
@@ -101,7 +101,7 @@ impl PyLocalModel {
     /// Examples
     /// --------
     /// >>> import standfast as sf
-    /// >>> local = sf.theory.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)
+    /// >>> local = sf.LocalModel(gravity=(10, 10), psi=(0, 0), phi=(0, 0), restitution=0.5)
     /// >>> local.simulate(gaps=(5, 20), rates=(0, 0), stop="zeno").time    # contact 1: √(2h/g)(1+e)/(1−e)
     /// 3.0
     #[pyo3(signature = (gaps, rates, theta=0.0, omega=0.0, **options), text_signature = "($self, gaps, rates, theta=0.0, omega=0.0, *, simultaneous=None, stop=\"rest\", time=0.0, time_limit=None, event_limit=1_000_000, sensitivity_limit=None, record=True, certify=False)")]
@@ -156,7 +156,7 @@ impl PyLocalModel {
     /// Examples
     /// --------
     /// >>> import standfast as sf
-    /// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.5)
+    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.5)
     /// >>> c = sf.theory.self_similar(0.5, 0.9)        # every impact multiplies all speeds by c
     /// >>> orbit = local.orbit(gaps=(0, c.gap), rates=(1, c.rate), n=4)
     /// >>> orbit.contacts, orbit.log_sizes - orbit.log_sizes[0]
@@ -192,7 +192,7 @@ impl PyLocalModel {
     /// Examples
     /// --------
     /// >>> import standfast as sf
-    /// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.22, 0.22), phi=(0, 0), restitution=0.9)
+    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.22, 0.22), phi=(0, 0), restitution=0.9)
     /// >>> chaos = local.exponents(gaps=(0, 0.3), rates=(1, -1), n=1_000_000)
     /// >>> round(chaos.sigma, 3), round(chaos.lyapunov[0], 2)
     /// (-0.038, 0.2)
@@ -229,7 +229,7 @@ impl PyLocalModel {
     /// Examples
     /// --------
     /// >>> import standfast as sf
-    /// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
+    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
     /// >>> local.fate(gaps=(0, 0.1), rates=(0.1, -1.9))
     /// <Fate: clattering, certified, known after 0 impacts>
     /// >>> local.fate(gaps=(0, 1), rates=(0.1, 0)).kind
@@ -267,7 +267,7 @@ impl PyLocalModel {
     /// --------
     /// >>> import numpy as np
     /// >>> import standfast as sf
-    /// >>> local = sf.theory.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
+    /// >>> local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
     /// >>> rates = [[0.1, u] for u in (-2, -1, 0)]
     /// >>> local.fates(gaps=np.broadcast_to((0, 0.1), (3, 2)), rates=rates)["kind"]
     /// array(['clattering', 'clattering', '1-zeno'], dtype='<U12')
