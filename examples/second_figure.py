@@ -39,9 +39,7 @@ def chatter(e):
 
 def fate(e, psi):
     """Kind and method of the first Zeno point."""
-    local = sf.LocalModel(
-        gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e
-    )
+    local = sf.LocalModel(gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e)
     run = local.simulate(**START, stop="zeno", record=False)
     return run.zeno_points[0].kind, run.zeno_points[0].method
 

@@ -26,9 +26,7 @@ REPEATS, ENDS = "#56B4E9", "#D9D9D9"
 
 def largest_exponent(e, psi):
     """Λ_1 per impact, the largest over the starts whose impacts do not end; NaN where all end on one contact."""
-    local = sf.LocalModel(
-        gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e
-    )
+    local = sf.LocalModel(gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e)
     found = (
         local.exponents((0, gap), (1, rate), n=IMPACTS, transient=IMPACTS)
         for gap, rate in STARTS

@@ -87,9 +87,7 @@ def case(v):
 
 
 def enclosed(v, **options):
-    model = sf.LocalModel(
-        gravity=v["g"], psi=v["psi"], phi=(0, 0), restitution=v["e"]
-    )
+    model = sf.LocalModel(gravity=v["g"], psi=v["psi"], phi=(0, 0), restitution=v["e"])
     options = {"stop": "zeno", "certify": True} | options
     return model.simulate(gaps=v["h"], rates=v["u"], **options).enclosure
 

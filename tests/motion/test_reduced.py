@@ -14,9 +14,7 @@ CHAOS = {"restitution": 0.9, "psi": 0.22}
 
 def model(restitution, psi, gravity=(1, 1)):
     psi = psi if np.ndim(psi) else (psi, psi)
-    return sf.LocalModel(
-        gravity=gravity, psi=psi, phi=(0, 0), restitution=restitution
-    )
+    return sf.LocalModel(gravity=gravity, psi=psi, phi=(0, 0), restitution=restitution)
 
 
 def random_model(rng, *, same=False, least=-0.9):

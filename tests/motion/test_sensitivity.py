@@ -293,9 +293,7 @@ def test_mechanisms_and_local_models_have_it_too():
     one = sf.simulate(body, *start, model="local")
     two = sf.simulate(sf.Mechanism.of_posture(body), *start)
     assert one.sensitivity > 0 < two.sensitivity
-    model = sf.LocalModel(
-        gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.9
-    )
+    model = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.9)
     assert model.simulate((0, 0.1), (0.1, -1.9)).sensitivity > 0
 
 

@@ -988,9 +988,7 @@ def test_shape_chaos(tmp_path):
     e, psi = 0.7, 0.7
     c = sf.theory.self_similar(e, psi)
     assert c.stable
-    local = sf.LocalModel(
-        gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e
-    )
+    local = sf.LocalModel(gravity=(1, 1), psi=(psi, psi), phi=(0, 0), restitution=e)
     at_rest = local.exponents((0, c.gap), (1, c.rate)).lyapunov[0]
     assert figure.largest_exponent(e, psi) == pytest.approx(at_rest, abs=1e-3)
     e, psi, found = figure.chaos(20)

@@ -76,9 +76,7 @@ def test_stub_has_the_defaults_of_the_core(name):
 @pytest.mark.parametrize("name", CALLS)
 def test_options_that_a_call_does_not_have_are_refused(name):
     rod = sf.Posture.rod(half_length=0.5, gyration_radius=0.2, restitution=0.1)
-    local = sf.LocalModel(
-        gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1
-    )
+    local = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
     calls = {
         "simulate": lambda **k: sf.simulate(rod, (0, 1, 0), (0, 0, 0), **k),
         "simulate_many": lambda **k: sf.simulate_many(rod, (0, 1, 0), [(0, 0, 0)], **k),

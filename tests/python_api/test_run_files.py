@@ -19,9 +19,7 @@ def runs():
     box = sf.Posture.box(1, 2, friction=0.5, restitution=0.3, terrain=ROOM)
     yield sf.simulate(box, (0, 1, 0.3), (3, 0, 1), impact="poisson")
     yield sf.simulate(box, (0, 1, 0.3), (3, 0, 1), impact="moreau", record=False)
-    model = sf.LocalModel(
-        gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1
-    )
+    model = sf.LocalModel(gravity=(1, 1), psi=(0.9, 0.9), phi=(0, 0), restitution=0.1)
     yield model.simulate((0.1, 0.2), (0, 0))
     rng = np.random.default_rng(1)
     for _ in range(40):

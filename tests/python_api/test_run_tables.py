@@ -8,9 +8,7 @@ import pytest
 import standfast as sf
 from motion.test_forces import draw
 
-LOCAL = sf.LocalModel(
-    gravity=(10, 10), psi=(0.2, 0.2), phi=(0.1, 0.2), restitution=0.5
-)
+LOCAL = sf.LocalModel(gravity=(10, 10), psi=(0.2, 0.2), phi=(0.1, 0.2), restitution=0.5)
 
 
 def runs(count):
