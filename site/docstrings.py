@@ -15,6 +15,11 @@ TYPE = re.compile(
     r"^( *[*\w]+(?:, [*\w]+)* : )(?!(?:[A-Z]\w*(?: or )?)+$)(?=\S)", re.MULTILINE
 )
 
+#: An entry of a table that is for several names, with its text: each gets a row, with its own default.
+SEVERAL = re.compile(
+    r"^( *)(\w+(?:, \w+)+) : (.*)\n((?:(?:\1 +\S.*)?\n)*)", re.MULTILINE
+)
+
 
 class Docstrings(griffe.Extension):
     """Gives each object of the compiled module its docstring, and its signature as `help` shows it."""
@@ -88,10 +93,16 @@ def _parameters(thing: Any) -> griffe.Parameters:
 def _mark(at: griffe.Object | griffe.Alias) -> None:
     """Marks the types and the examples in the docstrings of this object and of its members."""
     if at.docstring is not None:
-        at.docstring.value = _fenced(TYPE.sub(rf"\1{AS_TEXT}", at.docstring.value))
+        text = SEVERAL.sub(_each, at.docstring.value + "\n")
+        at.docstring.value = _fenced(TYPE.sub(rf"\1{AS_TEXT}", text))
     for member in at.members.values():
         if not member.is_alias:
             _mark(member)
+
+
+def _each(entry: re.Match[str]) -> str:
+    indent, names, kind, text = entry.groups()
+    return "".join(f"{indent}{name} : {kind}\n{text}" for name in names.split(", "))
 
 
 def _fenced(text: str) -> str:

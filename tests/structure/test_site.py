@@ -71,6 +71,27 @@ def test_links_of_the_pages_stay_in_the_site():
                 assert file.is_relative_to(DOCS), (page.name, link)
 
 
+def test_rows_of_tables_have_the_cells_of_their_heads():
+    """A bar in a cell, also in a span of code, cuts it off unless it is written as an escape."""
+    for page in [ROOT / "README.md", *DOCS.rglob("*.md")]:
+        cells = None
+        text = re.sub(r"^```.*?^```", "", page.read_text("utf-8"), flags=re.M | re.S)
+        for line in text.splitlines():
+            found = (
+                len(re.findall(r"(?<!\\)\|", line)) if line.startswith("|") else None
+            )
+            assert None in (found, cells) or found == cells, (page.name, line)
+            cells = found
+
+
+def test_the_glossary_has_every_word_of_a_verdict():
+    stub = (ROOT / "python" / "standfast" / "_core.pyi").read_text(encoding="utf-8")
+    words = re.findall(r'"([\w-]+)"', re.search(r"_By.*?\]", stub, re.DOTALL)[0])
+    glossary = (DOCS / "glossary.md").read_text(encoding="utf-8")
+    assert len(words) > 10
+    assert [word for word in words if f"`{word}`" not in glossary] == []
+
+
 def test_the_gallery_shows_each_of_its_pictures_twice():
     """In the index, whose links zensical checks, and below its heading; films are small enough for a page."""
     text = (DOCS / "gallery.md").read_text(encoding="utf-8")

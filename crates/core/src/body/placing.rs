@@ -41,7 +41,7 @@ pub(crate) fn place_on(
             (
                 name.into(),
                 format!("({x:?}, {y:?})"),
-                "a point between the ends of the terrain".into(),
+                "only a point between the ends of the terrain, whose ground is on the right of its vertices in their order, is allowed".into(),
             )
         } else {
             let allowed = format!("from {low:?} to {high:?}, over the terrain");
