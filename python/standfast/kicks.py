@@ -75,7 +75,7 @@ def robustness(
 
     The body comes back if it comes to rest, on no other contacts than those that touch at q = 0; if each of these touches the straight line of
     ground on which it stood, or hovers over it at less than a tenth of the size of the body (three feet on uneven ground touch together in
-    one placement only); and if the body has turned by less than half a turn. So a box that has slid along a floor is back: see
+    one placement only); and if the body has turned by less than a quarter turn. So a box that has slid along a floor is back: see
     `largest_displacement`. A box that lies on another side, stands on a lower step, leans on a wall or has turned a somersault is not.
 
     Parameters

@@ -723,7 +723,7 @@ def robustness_table(result: sf.Robustness) -> str:
     >>> box = sf.Posture.box(0.3, 0.5, friction=0.5, restitution=0.3)
     >>> print(robustness_table(sf.robustness(box, [0.1, 3.0], trials=200)))
       kicks  200 of each size, in random directions (seed 0); model full, impact moreau
-      back   at rest on contacts 1 and 2 and no others, on the same ground, turned by less than half a turn
+      back   at rest on contacts 1 and 2 and no others, on the same ground, turned by less than a quarter turn
         size / (m/s)  relative size  back  interval of 95 %   at rest  largest displacement / m  other outcomes
         0.1           0.05913        200   98.12 to 100.00 %  200      0.001241                  none
         3             1.774          50    19.51 to 31.43 %   200      1.177                     none
@@ -763,7 +763,7 @@ def robustness_table(result: sf.Robustness) -> str:
         [
             f"  kicks  {result.trials} of each size, in random directions (seed {result.seed}); model {options['model']},"
             f" impact {options['impact']}",
-            f"  back   at rest on {contacts_named(result.contacts)} and no others, on the same ground, turned by less than half a turn",
+            f"  back   at rest on {contacts_named(result.contacts)} and no others, on the same ground, turned by less than a quarter turn",
             *aligned(rows),
         ]
     )

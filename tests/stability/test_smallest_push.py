@@ -169,3 +169,23 @@ def test_a_push_without_a_motion_says_so():
     assert topples.outcome == "rest"
     assert "inconsistent" not in repr(topples)
     assert sf.smallest_push(block, point=(0, 1.5), at_most=0.1).outcome is None
+
+
+@pytest.mark.parametrize(
+    ("half", "height", "rho"), [(0.2, 0.7, 0.5), (0.3, 0.6, 0.4), (0.5, 0.8, 0.3)]
+)
+def test_a_body_on_feet_alone_that_turns_over_does_not_come_back(half, height, rho):
+    """Without contacts on top a body that falls over its foot goes on through the ground, and after half a turn its feet are on their line again."""
+    feet = [sf.Contact((x, 0), friction=5.0) for x in (-half, half)]
+    body = sf.Posture(1, rho, (0, height), feet, restitution=0)
+    radius = math.hypot(half, height)
+    exact = math.sqrt(2 * G * (radius - height) * (rho**2 + radius**2)) / (2 * height)
+    found = sf.smallest_push(body, point=(0, 2 * height), scan=1000)
+    assert found.impulse == pytest.approx(exact, rel=2e-9)
+    # Once over, always over: no larger push counts as harmless.
+    assert found.intervals.shape == (1, 2)
+    kicked = sf.robustness(body, [1.0, 3.0], trials=300)
+    speeds = kicked.qdot[kicked.returned]
+    assert 0 < len(speeds) < kicked.returned.size
+    ends = sf.simulate_many(body, np.zeros(3), speeds, model="full")
+    assert (abs(ends.q[:, 2]) < 1).all()

@@ -9,8 +9,8 @@
 //! and its direction d is uniform on the unit sphere. Contacts that the kick drives into the ground are hit at once, by the law of impact.
 //!
 //! The body *comes back* if it comes to rest, on no other contacts than those that touch at q = 0; if each of these touches the straight line
-//! of ground on which it stood, or hovers over it at less than a tenth of the size of the body; and if the body has turned by less than half a
-//! turn. (Three contacts on different lines touch together in isolated placements only. After a slide of any length one of them hovers.) So a body that has slid along a floor is back, unless its centre
+//! of ground on which it stood, or hovers over it at less than a tenth of the size of the body; and if the body has turned by less than a quarter
+//! turn: feet on one line touch it after half a turn, too, with the body below it. (Three contacts on different lines touch together in isolated placements only. After a slide of any length one of them hovers.) So a body that has slid along a floor is back, unless its centre
 //! of mass rests beyond the option `neighbourhood`; and a body that lies on another side, stands on a lower step or has turned a somersault is
 //! not.
 
@@ -349,7 +349,7 @@ impl<'a> Stance<'a> {
             gaps.iter().any(|gap| (-same..=allowed).contains(gap))
         };
         end.outcome == Outcome::Rest
-            && q.z.abs() < std::f64::consts::PI
+            && q.z.abs() < std::f64::consts::FRAC_PI_2
             && moved <= self.neighbourhood
             && end.touching.iter().all(|contact| feet.iter().any(|foot| foot.contact() == contact))
             && feet.iter().all(stands)
