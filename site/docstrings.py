@@ -33,7 +33,11 @@ class Docstrings(griffe.Extension):
         # Each object has its place where users find it, so that nothing names the compiled module.
         homes = {}
         for module in (pkg, pkg["results"], pkg["theory"]):
-            for name in [name for name in module.members if name in stub.members]:
+            for name, member in list(module.members.items()):
+                if not (member.is_alias and name in stub.members):
+                    continue
+                if member.target_path != f"{pkg.path}._core.{name}":
+                    continue
                 homes[name] = module.members[name] = stub[name]
                 stub[name].parent = module
         for module in pkg.modules.values():

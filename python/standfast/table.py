@@ -348,7 +348,7 @@ def verdict_table(verdict: sf.Verdict) -> str:
       kinematic-strong  yes, margin 0.1857; strict reading: yes; FF alone consistent: yes
       clattering        coupling 0.724138; converges: yes, margin 0.1063; endless without gravity: yes, margin 0.1492
       impact laws       newton
-      amplification     at most 1.47: no later motion is faster than that many times the kick
+      amplification     at most 1.47: no later motion is faster than the kick times this
     """
     argument = "" if verdict.by is None else f", by {verdict.by}"
     lines = [f"  stability         {verdict.frictional_stability}{argument}"]
@@ -373,7 +373,7 @@ def verdict_table(verdict: sf.Verdict) -> str:
         )
     if (bound := verdict.amplification) is not None:
         lines.append(
-            f"  amplification     at most {_rounded_up(bound)}: no later motion is faster than that many times the kick"
+            f"  amplification     at most {_rounded_up(bound)}: no later motion is faster than the kick times this"
         )
         if bound > WARNED:
             lines.append(

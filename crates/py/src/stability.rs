@@ -442,7 +442,7 @@ impl PyVerdict {
 
     /// A certificate of the verdict, ready for JSON: the scene as exact doubles, the claim, and what a
     /// checker needs. `sf.certificate.check` proves the claim again from the scene, in Python with the
-    /// standard library alone. docs/certificates.md has its form.
+    /// standard library alone. The page on certificates of the documentation has its form.
     ///
     /// Raises
     /// ------

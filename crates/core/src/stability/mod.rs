@@ -224,7 +224,7 @@ impl Argument {
                 "the body descends on no more than one pair of contacts, which decides"
             }
             Self::Neutral => {
-                "every motion raises the centre of mass but a slide on a level, which friction ends"
+                "no small motion lowers the centre of mass, and friction stops a slide at the same height"
             }
             Self::SingleSupport => {
                 "the body stands on one contact: nothing resists a turn about it"
