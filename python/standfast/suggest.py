@@ -50,8 +50,16 @@ def nearest(name: str, names: Iterable[str]) -> str:
     ("; did you mean 'model'?", '')
     >>> nearest("dt", ["qdot", "time_limit"])
     "; there is no time step, every event is computed; 'time_limit' ends a run"
+    >>> nearest("slope", ["width", "height", "terrain"])
+    '; on a slope it is a polygon with turned corners on a terrain: see "A block on a slope" in the documentation'
     """
     names = list(names)
+    if (
+        name in ("slope", *OTHER_WORDS["slope"])
+        and "terrain" in names
+        and "slope" not in names
+    ):
+        return '; on a slope it is a polygon with turned corners on a terrain: see "A block on a slope" in the documentation'
     if name in STEPS and "time_limit" in names:
         return (
             "; there is no time step, every event is computed; 'time_limit' ends a run"
