@@ -187,7 +187,7 @@ def test_dragging_the_centre_of_mass_out_of_the_region_changes_the_verdict(brows
         told = json.loads(sf.ask(json.dumps({"ask": "posture", "scene": scene})))
         text = shown.locator(".sf-verdict").inner_text()
         assert told["verdict"]["in_words"] in text
-        assert told["verdict"]["by"] in text
+        assert f"Why ({told['verdict']['by']}): " in text
         words = shown.locator(".sf-modes tr.yes td:first-child").all_inner_texts()
         assert [word.removeprefix("✓ ") for word in words] == told["modes"][
             "consistent"
@@ -224,6 +224,206 @@ def test_a_kick_plays_to_rest(browser):
         film = json.loads(sf.ask(json.dumps(question)))
         assert film["outcome"] == "rest"
         assert f"t = {film['end']:.7g}"[:9] in shown.locator(".sf-readout").inner_text()
+
+
+def field(shown, name):
+    return shown.locator(f'input[type=number][aria-label="{name}"]')
+
+
+def entered(shown, name, value):
+    field(shown, name).fill(value)
+    field(shown, name).press("Enter")
+    answered(shown)
+
+
+def test_a_kick_keeps_the_start_as_if_it_were_typed(browser):
+    with explorer(browser) as (shown, asked):
+        shown.select_option(".sf-preset", "Box on stairs")
+        answered(shown)
+        assert field(shown, "start, velocity, x").input_value() == "3"
+        run = shown.locator(".sf-run")
+        assert "Started with the velocity (3, 0) m/s: the body" in run.inner_text()
+        shown.locator('[data-handle="0"]').focus()
+        shown.keyboard.press("k")
+        answered(shown)
+        scene = scene_of(shown)
+        assert scene["start"]["qdot"] == [3, 0, 0]
+        assert "Started with the velocity (3, 0) m/s, kicked with" in run.inner_text()
+        (kick,) = scene["kick"]
+        shown.locator(".sf-undo").click()
+        answered(shown)
+        entered(shown, "impulse of the kick, x", repr(kick["impulse"][0]))
+        asked = [q for q in asked if q["ask"] == "motion" and "kick" in q["scene"]]
+        pressed, typed = (json.loads(sf.ask(json.dumps(q))) for q in asked)
+        assert pressed["frames"] == typed["frames"]
+        # The start is typed, too.
+        entered(shown, "start, velocity, turn", "-2.5")
+        entered(shown, "start, displaced by, y", "0.1")
+        assert scene_of(shown)["start"] == {"q": [0, 0.1, 0], "qdot": [3, 0, -2.5]}
+        assert "Started displaced by (0, 0.1) m" in run.inner_text()
+
+
+def test_a_changed_scene_says_so(browser, tmp_path):
+    with explorer(browser) as (shown, _):
+        settled(shown, "stable")
+
+        def title():
+            return shown.eval_on_selector(
+                ".sf-preset", "list => list.selectedOptions[0].textContent"
+            )
+
+        shown.select_option(".sf-preset", "Box on stairs")
+        answered(shown)
+        assert title() == "Box on stairs"
+        entered(shown, "start, velocity, x", "2")
+        assert title() == "Box on stairs, changed"
+        entered(shown, "start, velocity, x", "3")
+        assert title() == "Box on stairs"
+        entered(shown, "mass m / kg", "3")
+        shown.set_input_files(".sf-file", EXAMPLES / "stairs.toml")
+        answered(shown)
+        assert title() == "stairs.toml"
+        shown.locator(".sf-undo").click()
+        answered(shown)
+        assert title() == "Box on stairs, changed"
+        shown.locator(".sf-undo").click()
+        answered(shown)
+        assert title() == "Box on stairs"
+        # A file that is no scene leaves the name.
+        (tmp_path / "wrong.toml").write_text("gravity = -1\n", encoding="utf-8")
+        shown.set_input_files(".sf-file", tmp_path / "wrong.toml")
+        shown.wait_for_selector(".sf-error:visible")
+        assert title() == "Box on stairs"
+
+
+def test_what_is_of_the_scene_before_is_dimmed(browser, monkeypatch):
+    ask, go = sf.ask, threading.Event()
+
+    def slow(question, **options):
+        if json.loads(question)["ask"] == "motion":
+            go.wait(10)
+        return ask(question, **options)
+
+    def opacity(name):
+        return shown.eval_on_selector(name, "e => +getComputedStyle(e).opacity")
+
+    with explorer(browser) as (shown, _):
+        answered(shown)
+        monkeypatch.setattr(sf, "ask", slow)
+        shown.select_option(".sf-preset", "Box on stairs")
+        shown.wait_for_timeout(600)
+        assert shown.locator(".sf-wait").is_visible()
+        for name in (".sf-run p", ".sf-readout", ".sf-panels"):
+            assert opacity(name) < 0.5, name
+        go.set()
+        answered(shown)
+        shown.wait_for_timeout(300)
+        assert shown.locator(".sf-wait").is_hidden()
+        for name in (".sf-run p", ".sf-readout", ".sf-panels", ".sf-verdict"):
+            assert opacity(name) == 1, name
+
+
+def test_a_run_that_cannot_be_computed_has_no_numbers(browser):
+    with explorer(browser, LEGS) as (shown, _):
+        settled(shown, "stable")
+        entered(shown, "friction μ, all contacts", "-1")
+        assert "could not be computed" in shown.locator(".sf-run").inner_text()
+        assert "rest" not in shown.locator(".sf-run").inner_text()
+        shown.locator(".sf-undo").click()
+        answered(shown)
+        assert "comes to rest" in shown.locator(".sf-run").inner_text()
+
+
+def inside(shown, part):
+    """Whether a part of the picture is inside it."""
+    view, box = (
+        shown.locator(name).bounding_box() for name in (".sf-view", f".sf-view {part}")
+    )
+    return all(
+        view[axis] <= box[axis] and box[axis] + box[size] <= view[axis] + view[size]
+        for axis, size in (("x", "width"), ("y", "height"))
+    )
+
+
+@pytest.mark.parametrize(("width", "height"), [(1280, 800), (390, 844)])
+def test_the_stairs_the_path_and_the_kick_are_in_the_picture(browser, width, height):
+    size = {"viewport": {"width": width, "height": height}}
+    with explorer(browser, **size) as (shown, _):
+        shown.select_option(".sf-preset", "Box on stairs")
+        answered(shown)
+        assert inside(shown, ".sf-path")
+        for vertex in range(2, 7):
+            assert inside(shown, f'[aria-label^="vertex {vertex} of"]'), vertex
+        # The label of a kick stays, however long its arrow is.
+        for impulse in ("100", "-100"):
+            for axis in "xy":
+                entered(shown, f"impulse of the kick, {axis}", impulse)
+                assert inside(shown, 'text:has-text("kick")'), (axis, impulse)
+
+
+def test_a_vertex_of_the_ground_and_a_contact_on_it_are_dragged(browser):
+    with explorer(browser) as (shown, _):
+        shown.select_option(".sf-preset", "Box on stairs")
+        answered(shown)
+        for name in ("vertex 2 of the ground", "contact 3"):
+            drag(shown, f'circle[aria-label^="{name}"]', (8, 0))
+            answered(shown)
+            assert shown.locator(".sf-error").is_hidden(), name
+        assert scene_of(shown)["terrain"][1][0] > 0
+        assert scene_of(shown)["contact"][2]["point"][0] > -0.75
+
+
+def touched(shown, start, by):
+    """Moves a finger from a place by a vector, px."""
+    session = shown.context.new_cdp_session(shown)
+
+    def send(kind, *places):
+        points = [{"x": x, "y": y} for x, y in places]
+        session.send(
+            "Input.dispatchTouchEvent", {"type": f"touch{kind}", "touchPoints": points}
+        )
+
+    send("Start", start)
+    for k in range(1, 11):
+        send("Move", [v + d * k / 10 for v, d in zip(start, by, strict=True)])
+        shown.wait_for_timeout(16)
+    send("End")
+    shown.wait_for_timeout(300)
+
+
+def test_on_a_phone(browser):
+    phone = {"viewport": {"width": 390, "height": 844}, "has_touch": True, "is_mobile": True}  # fmt: skip
+    with explorer(browser, **phone) as (shown, _):
+        shown.select_option(".sf-preset", "Box on stairs")
+        answered(shown)
+        parts = ("theme", "open", "view", "controls", "readout", "run", "verdict", "hint", "panels")  # fmt: skip
+        tops = [shown.locator(f".sf-{name}").bounding_box()["y"] for name in parts]
+        assert tops == sorted(tops)
+        assert shown.locator(".sf-keys").is_hidden()
+        small = shown.evaluate(
+            """() => [...document.querySelectorAll("input[type=number], select")]
+            .filter((e) => parseFloat(getComputedStyle(e).fontSize) < 16).map((e) => e.outerHTML)"""
+        )
+        assert small == []
+        # A swipe beside the body scrolls the page, also while the film is shown, which goes on.
+        view = shown.locator(".sf-view").bounding_box()
+        beside = view["x"] + 300, view["y"] + 60
+        shown.locator(".sf-play").tap()
+        touched(shown, beside, (0, -150))
+        assert shown.evaluate("scrollY") > 50
+        assert shown.locator(".sf-said").get_attribute("data-watching") == "true"
+        shown.evaluate("scrollTo(0, 0)")
+        shown.touchscreen.tap(*beside)
+        assert shown.locator(".sf-said").get_attribute("data-watching") == "false"
+        # A finger on the body, between its handles, kicks it.
+        body = shown.locator(".sf-view path.body").bounding_box()
+        start = body["x"] + body["width"] / 2, body["y"] + body["height"] / 2 + 17
+        touched(shown, start, (20, -60))
+        answered(shown)
+        (kick,) = scene_of(shown)["kick"]
+        assert kick["impulse"][0] > 0
+        assert kick["impulse"][1] > 0
+        assert shown.evaluate("scrollY") == 0
 
 
 def test_keys_move_what_is_focused_and_play(browser):
@@ -278,7 +478,7 @@ def test_it_opens_quietly_and_no_column_is_clipped(browser, width, height):
             assert shown.evaluate("document.documentElement.scrollWidth") <= width
             wide = shown.evaluate(
                 """() => [...document.querySelectorAll(".sf-right *:not(input, select, option)")]
-                .filter((e) => e.getBoundingClientRect().right > document.querySelector(".sf-right").getBoundingClientRect().right + 1)
+                .filter((e) => e.getBoundingClientRect().right > document.querySelector(".sf-run").getBoundingClientRect().right + 1)
                 .map((e) => e.outerHTML)"""
             )
             assert wide == [], name
@@ -289,10 +489,7 @@ def test_numbers_are_typed(browser):
         settled(shown, "stable")
 
         def typed(name, value):
-            field = shown.locator(f'input[type=number][aria-label="{name}"]')
-            field.fill(value)
-            field.press("Enter")
-            answered(shown)
+            entered(shown, name, value)
             return scene_of(shown)
 
         slider = shown.locator("[data-slider='0']")
@@ -317,8 +514,7 @@ def test_numbers_are_typed(browser):
         settled(shown, "unstable")
         shown.locator(".sf-undo").click()
         answered(shown)
-        field = shown.locator(f'[aria-label="{name}"]')
-        assert field.input_value() == "0.05"
+        assert field(shown, name).input_value() == "0.05"
         # What cannot be used is named, and undone.
         typed("friction μ, all contacts", "-1")
         assert "friction" in shown.locator(".sf-error").inner_text()
@@ -333,9 +529,9 @@ def test_a_field_follows_the_handle_that_is_dragged(browser):
         drag(shown, '[data-handle="0"]', (40, 0))
         answered(shown)
         x = scene_of(shown)["body"]["center_of_mass"][0]
-        field = shown.locator('[aria-label="centre of mass, x"]')
-        assert float(field.input_value()) == pytest.approx(x, abs=1e-4)
-        assert float(field.get_attribute("title")) == x
+        typed = field(shown, "centre of mass, x")
+        assert float(typed.input_value()) == pytest.approx(x, abs=1e-4)
+        assert float(typed.get_attribute("title")) == x
 
 
 def test_the_map_has_the_tints_of_its_legend(browser):

@@ -142,6 +142,13 @@ def test_the_explorer_runs_in_its_page_without_a_server(browser):
     shown.close()
 
 
+def test_a_phone_has_the_link_to_the_explorer_and_no_frame(browser, address):
+    phone = {"viewport": {"width": 390, "height": 844}}
+    with opened(browser, f"{address}/explorer/", **phone) as shown:
+        assert shown.locator("iframe").is_hidden()
+        assert shown.locator('a[href$="explorer.html"]').is_visible()
+
+
 def test_the_tour_shows_its_outputs_and_plays_its_film(browser, address):
     phone = {"viewport": {"width": 390, "height": 844}}
     with opened(browser, f"{address}/tour.html", **phone) as shown:

@@ -2,8 +2,8 @@
 import { Stage, INK, escaped, frictions, nominal } from "./stage.js";
 import { Player, few } from "./player.js";
 import { PRESETS } from "./presets.js";
-import { SLIDERS, firstKick, hasSlopes, moveContact, put, rows, slidersHtml, tableHtml } from "./fields.js";
-import { modesHtml, runHtml, verdictHtml } from "./report.js";
+import { SLIDERS, firstKick, freed, hasSlopes, moveContact, put, rows, slidersHtml, tableHtml } from "./fields.js";
+import { FAILED_RUN, NO_RUN, modesHtml, runHtml, verdictHtml } from "./report.js";
 import { legendHtml, placesMap } from "./places.js";
 import { decoded, download, encoded, png } from "./files.js";
 
@@ -15,6 +15,13 @@ const IDLE = 350, MOST_STEPS = 200;
 const KICK = 0.6, LEAST_KICK = 8;
 // Step of a key that moves a handle, as a share of the size of the body, or in rad.
 const NUDGE = 0.01;
+// Parts of the ground are in the first picture of a scene up to this distance from the centre of mass, and the tail of the arrow of the kick up
+// to this distance from its head, in sizes of the body.
+const NEAR = 4;
+// Least extent of a body whose handles can be told apart, px.
+const APART = 44;
+// Name of a scene that comes with a link, and of one that the page was given.
+const LINKED = "scene of the link", GIVEN = "scene given";
 // Distance of the handle of a slope from its contact, in sizes of the body.
 const KNOB = 0.42;
 
@@ -23,7 +30,7 @@ const LAWS = ["auto", "newton", "poisson", "stronge", "chatterjee-ruina", "morea
 const EXPLORER_HTML = `
 <header class="sf-bar">
   <strong>standfast</strong>
-  <label>scene <select class="sf-preset" aria-label="Scene"></select></label>
+  <label class="sf-name"><span>scene</span> <select class="sf-preset" aria-label="Scene"></select></label>
   <button class="sf-open" title="Open a scene file">Open</button><input class="sf-file" type="file" accept=".toml,.json" hidden>
   <button class="sf-save" title="Save the scene as a file">Save</button>
   <button class="sf-png" title="Save the picture as PNG">PNG</button>
@@ -36,13 +43,13 @@ const EXPLORER_HTML = `
 <main class="sf-main">
   <section class="sf-left">
     <div class="sf-view"></div>
-    <p class="sf-hint">Drag the centre of mass ◕, the contacts and the knobs of their slopes, or type their numbers. Drag from the body to kick it. Keys: Tab and arrows move, K kicks, space plays.</p>
+    <p class="sf-hint">Drag the centre of mass ◕, the contacts and the knobs of their slopes, or type their numbers. Drag from the body to kick it. Dotted: the path of the centre of mass in this run. <span class="sf-keys">Keys: Tab and arrows move, K kicks, space plays.</span></p>
     <div class="sf-film"></div>
   </section>
   <section class="sf-right">
     <div class="sf-said">
       <div class="sf-verdict" role="status"></div>
-      <div class="sf-run" aria-live="off"></div>
+      <div class="sf-run" aria-live="off">${NO_RUN}</div>
     </div>
     <div class="sf-error" role="alert" hidden></div>
     <div class="sf-legend"></div>
@@ -70,11 +77,13 @@ export class Explorer {
     this.past = [];
     this.future = [];
     this.turn = 0; // of the questions about the scene
+    this.opening = 0; // scenes that are being opened
+    this.known = { posture: "awaited", film: "awaited" };
     this.stage = new Stage(this.find("view"), "The body on its ground");
     this.player = new Player(this.find("film"), this.stage);
     this.player.live = false;
     this.player.onshow = () => this.tell();
-    this.find("preset").innerHTML = ["", ...Object.keys(PRESETS)].map((name) => `<option value="${name}">${name || "—"}</option>`).join("");
+    this.find("preset").innerHTML = ["", ...Object.keys(PRESETS)].map((name) => `<option value="${name}">${name}</option>`).join("");
     this.build();
     this.setTheme(matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
     matchMedia("(prefers-color-scheme: dark)").addEventListener("change", (event) => this.setTheme(event.matches ? "dark" : "light"));
@@ -83,38 +92,73 @@ export class Explorer {
 
   async begin(scene) {
     const held = this.link ? this.held() : null;
-    await this.open(held ?? scene ?? PRESETS[Object.keys(PRESETS)[0]]);
-    if (!held && !scene) this.find("preset").value = Object.keys(PRESETS)[0];
-    if (this.link) addEventListener("hashchange", () => { const again = this.held(); if (again && JSON.stringify(again) !== JSON.stringify(this.scene)) this.open(again); });
+    const [first] = Object.keys(PRESETS);
+    if (held) await this.open(held, LINKED);
+    else if (scene) await this.open(scene);
+    else await this.open(PRESETS[first], first);
+    if (this.link) addEventListener("hashchange", () => { const again = this.held(); if (again && JSON.stringify(again) !== JSON.stringify(this.scene)) this.open(again, LINKED); });
   }
 
   // ---- The scene and its history.
 
   // Opens a scene, as an object or as a text in TOML. One that is wrong changes nothing but the message.
-  async open(scene) {
+  async open(scene, title = GIVEN) {
+    this.opening += 1;
+    this.mark();
     const answer = await this.question({ ask: "scene", scene });
+    this.opening -= 1;
+    this.mark();
     if (answer.error) {
       this.complain(answer.error);
-      return false;
+      if (this.scene) {
+        this.entitle();
+      } else {
+        this.known.posture = "none";
+        this.fail();
+      }
+      return;
     }
     this.remember();
-    this.scene = answer.scene;
+    this.scene = freed(answer.scene);
+    this.origin = { title, text: JSON.stringify(this.scene) };
     await this.changed({ fit: true });
-    return true;
+  }
+
+  // What the styles show: whether something is asked, and whether the posture and the film of the scene are "shown", "awaited", or "none".
+  mark() {
+    const { root, known, opening } = this;
+    root.setAttribute("aria-busy", Boolean(opening || this.asking));
+    for (const name of ["posture", "film"]) root.dataset[name] = opening ? "awaited" : known[name];
+  }
+
+  // Shows the name of the scene. The list has a place, its first one, for the name of a scene that is none to begin with.
+  entitle() {
+    const { title, text } = this.origin;
+    const same = text === JSON.stringify(this.scene);
+    const listed = same && title in PRESETS;
+    const list = this.find("preset");
+    const [other] = list.options;
+    other.textContent = listed ? "" : same ? title : `${title}, changed`;
+    other.hidden = other.disabled = listed;
+    list.value = listed ? title : "";
+  }
+
+  // What undo goes back to.
+  get moment() {
+    return JSON.stringify([this.origin, this.scene]);
   }
 
   remember() {
     if (!this.scene) return;
-    this.past.push(JSON.stringify(this.scene));
-    this.find("preset").value = "";
+    this.past.push(this.moment);
     if (this.past.length > MOST_STEPS) this.past.shift();
     this.future = [];
   }
 
   async undo(from = this.past, to = this.future) {
     if (!from.length) return;
-    to.push(JSON.stringify(this.scene));
-    this.scene = JSON.parse(from.pop());
+    to.push(this.moment);
+    [this.origin, this.scene] = JSON.parse(from.pop());
     await this.changed({ fit: true });
   }
 
@@ -136,12 +180,14 @@ export class Explorer {
   async changed({ fit = false, play = false, settled = true } = {}) {
     this.turn += 1;
     this.wanted = { fit: fit || this.wanted?.fit, play: play || this.wanted?.play, settled };
-    if (this.asking) return this.asking;
-    this.root.setAttribute("aria-busy", "true");
-    this.asking = this.answer().finally(() => {
+    this.entitle();
+    this.known.film = "awaited";
+    if (fit) this.known.posture = "awaited";
+    this.asking ??= this.answer().finally(() => {
       this.asking = null;
-      this.root.setAttribute("aria-busy", "false");
+      this.mark();
     });
+    this.mark();
     return this.asking;
   }
 
@@ -154,39 +200,66 @@ export class Explorer {
       const about = await this.question({ ask: "posture", scene });
       if (this.wanted) { this.wanted.fit ||= fit; continue; }
       this.complain(about.error);
+      this.known.posture = about.error ? "none" : "shown";
+      this.mark();
       this.controls(settled);
-      if (about.error) continue;
+      if (about.error) {
+        this.fail();
+        continue;
+      }
       this.about = about;
-      if (fit) this.fit();
+      if (fit) {
+        this.map = null;
+        this.fit();
+      }
       this.arrange();
       this.report();
       if (this.find("showmap").checked) await this.drawMap(COARSE);
-      if (settled && !this.wanted) await this.settle(scene, play);
+      if (settled && !this.wanted) await this.settle(scene, { fit, play });
     }
   }
 
   // What takes longer: the film, then the fine map.
-  async settle(scene, play) {
+  async settle(scene, { fit, play }) {
     if (this.link) history.replaceState(null, "", `#${encoded(this.scene)}`);
     this.onchange?.();
     const film = await this.question({ ask: "motion", scene, frames: FRAMES });
     if (this.wanted) return;
     if (film.error) {
       this.complain(film.error);
+      this.fail();
     } else {
-      this.load(film, play);
+      await this.load(film, scene, { fit, play });
     }
     const turn = this.turn;
     clearTimeout(this.idle);
     if (this.find("showmap").checked) this.idle = setTimeout(() => { if (turn === this.turn) this.drawMap(FINE); }, IDLE);
   }
 
-  load(film, play) {
+  async load(film, scene, { fit, play }) {
+    const { watching, player: { playing } } = this; // since the film before was awaited
+    this.start = scene.start;
     this.player.load(film);
-    if (play) {
-      this.watch();
-      this.player.play();
-    }
+    this.known.film = "shown";
+    this.mark();
+    // The picture stays as it is under a pointer that drags.
+    if (fit && !this.grip && !this.kicking) this.fit();
+    this.arrange();
+    if (play || watching) this.watch();
+    if (play || playing) this.player.play();
+    if (fit && this.find("showmap").checked) await this.drawMap(COARSE);
+  }
+
+  // There is no film of the scene.
+  fail() {
+    this.known.film = "none";
+    this.mark();
+    this.find("run").innerHTML = FAILED_RUN;
+  }
+
+  // Whether the film is that of the scene.
+  get filmed() {
+    return this.known.film === "shown";
   }
 
   // ---- The picture of the posture.
@@ -199,7 +272,15 @@ export class Explorer {
     const high = Math.max(...points.map((p) => p[1]));
     const left = Math.min(...points.map((p) => p[0]));
     const right = Math.max(...points.map((p) => p[0]));
-    this.view = this.stage.fitted([[left - 0.3 * size, low - 0.35 * size], [right + 0.3 * size, high + 0.35 * size]]);
+    const near = (p, from) => Math.hypot(p[0] - from[0], p[1] - from[1]) < NEAR * size;
+    const ground = (this.scene.terrain ?? []).filter((p) => near(p, [x, y]));
+    const kick = this.drawnKick();
+    const tail = kick && near(kick.from, kick.to) ? [kick.from] : [];
+    const close = [[left - 0.3 * size, low - 0.35 * size], [right + 0.3 * size, high + 0.35 * size], ...ground, ...tail];
+    const way = this.filmed && !this.player.follows ? this.player.swept : [];
+    const whole = this.stage.fitted([...close, ...way]);
+    const extent = Math.max(right - left, high - low, size);
+    this.view = extent * this.stage.scaleOf(whole) >= APART ? whole : this.stage.fitted(close);
   }
 
   // Shows the posture at rest with its handles, and not the film.
@@ -211,8 +292,10 @@ export class Explorer {
     const q = [0, 0, 0];
     const word = about.modes.consistent?.length === 1 ? about.modes.consistent[0] : null;
     const mode = about.modes.modes?.find((m) => m.word === word);
+    const path = this.filmed ? this.player.path(about.drawing.center_of_mass) : null;
     // Forces at rest where they are one.
-    stage.draw({ drawing: about.drawing, q, frozen: false, letters: this.touching(word), forces: this.touching(mode?.forces), region: about.region, kick: this.drawnKick(), flash: null });
+    this.seen = [stage.toWorld([0, stage.height]), stage.toWorld([stage.width, 0])];
+    stage.draw({ path, drawing: about.drawing, q, frozen: false, letters: this.touching(word), forces: this.touching(mode?.forces), region: about.region, kick: this.drawnKick(), flash: null });
     this.showMap();
     this.handles();
     this.tell();
@@ -273,15 +356,15 @@ export class Explorer {
 
   build() {
     const { svg } = this.stage;
+    // A swipe that begins beside the body and its handles scrolls the page; parts of a picture have no touch-action of their own.
+    svg.addEventListener("touchstart", (event) => { if (this.under(event.touches[0])?.matches(".body, [data-handle]")) event.preventDefault(); }, { passive: false });
     svg.addEventListener("pointerdown", (event) => this.press(event));
     svg.addEventListener("pointermove", (event) => this.drag(event));
     svg.addEventListener("pointerup", (event) => this.release(event));
     svg.addEventListener("pointercancel", () => this.cancel());
     svg.addEventListener("keydown", (event) => this.nudge(event));
     this.root.addEventListener("keydown", (event) => this.key(event));
-    this.find("preset").onchange = async ({ target: { value } }) => {
-      if (value && await this.open(PRESETS[value])) this.find("preset").value = value;
-    };
+    this.find("preset").onchange = ({ target: { value } }) => { if (value) this.open(PRESETS[value], value); };
     this.find("open").onclick = () => this.find("file").click();
     this.find("file").onchange = (event) => this.read(event.target.files[0]);
     this.root.addEventListener("dragover", (event) => event.preventDefault());
@@ -318,6 +401,7 @@ export class Explorer {
 
   // Shows the film and not the posture at rest.
   watch() {
+    if (this.known.film === "none") return;
     this.watching = this.player.live = true;
     this.stage.layers.handles.innerHTML = "";
     this.stage.drawMap(null);
@@ -350,21 +434,27 @@ export class Explorer {
     return this.rows[row][1][column];
   }
 
+  // The part of the picture that is under a pointer: the target of a touch can be a handle beside it.
+  under({ clientX, clientY }) {
+    return this.root.getRootNode().elementFromPoint(clientX, clientY);
+  }
+
   press(event) {
-    const handle = event.target.dataset.handle;
+    const target = this.under(event) ?? event.target;
+    const { handle } = target.dataset;
     this.stage.svg.setPointerCapture(event.pointerId);
+    this.beside = false;
     if (handle !== undefined && !this.watching) {
-      event.target.focus();
+      target.focus();
       this.remember();
       const at = this.stage.pointer(event);
       this.grip = { index: Number(handle), off: this.list[handle].at.map((v, k) => v - at[k]) };
-    } else if (event.target.classList.contains("body")) {
+    } else if (target.classList.contains("body")) {
       const { drawing } = this.about;
       const q = this.watching ? this.player.now.q : [0, 0, 0];
       this.kicking = { from: this.stage.pointer(event), point: nominal(this.stage.pointer(event), drawing, q) };
-    } else if (this.watching) {
-      this.player.pause();
-      this.arrange();
+    } else {
+      this.beside = true; // or the beginning of a swipe, which is cancelled
     }
   }
 
@@ -392,21 +482,22 @@ export class Explorer {
       this.kicking = this.dragged = null;
       if (kick && Math.hypot(...kick.impulse) / this.kickUnit() * this.stage.scale >= LEAST_KICK) this.kick(kick);
       else this.arrange();
+    } else if (this.beside && this.watching) {
+      this.player.pause();
+      this.arrange();
     }
   }
 
   cancel() {
+    const { grip, kicking } = this;
     this.grip = this.kicking = this.dragged = null;
-    this.arrange();
+    if (grip) this.changed();
+    else if (kicking) this.arrange();
   }
 
-  // Kicks the body at rest in its posture, and shows what follows.
-  kick({ impulse, point }) {
-    return this.edit((scene) => {
-      scene.start = { q: [0, 0, 0], qdot: [0, 0, 0] };
-      delete scene.kick;
-      Object.assign(firstKick(scene), { impulse, point });
-    }, { play: true });
+  // Gives the scene this kick as its first one, as if its numbers were typed, and shows what follows.
+  kick(kick) {
+    return this.edit((scene) => Object.assign(firstKick(scene), kick), { fit: true, play: true });
   }
 
   nudge(event) {
@@ -454,9 +545,9 @@ export class Explorer {
   // Says what the run does: beside the verdict of the posture, and above it while the film is shown.
   tell() {
     const { film } = this.player;
-    if (!film || !this.about) return;
+    if (!film || !this.about || this.known.film === "none") return;
     this.find("said").dataset.watching = Boolean(this.watching);
-    this.find("run").innerHTML = runHtml(film, this.watching ? this.player.now : null);
+    this.find("run").innerHTML = runHtml(film, this.start, this.watching ? this.player.now : null);
   }
 
   // Shows the scene in the sliders and in the fields. settled: sliders are not moved while one of them is dragged.
@@ -485,10 +576,9 @@ export class Explorer {
 
   // ---- The map of the centre of mass.
 
-  // The map over the part of the world that is seen, with as many cells along each side. The fine map is given up if the scene changes.
+  // The map over the part of the world that the picture of the posture shows, with as many cells along each side. The fine map is given up if the scene changes.
   async drawMap(cells) {
-    const { turn, stage } = this;
-    if (!this.watching) this.seen = [stage.toWorld([0, stage.height]), stage.toWorld([stage.width, 0])];
+    const { turn } = this;
     const rows = cells > COARSE ? ROWS : cells;
     const valid = () => cells === COARSE || turn === this.turn;
     const map = await placesMap((question) => this.question(question), copied(this.scene), this.seen, { cells, rows, colors: this.colors, valid });
@@ -520,7 +610,7 @@ export class Explorer {
       }
     }
     this.find("file").value = "";
-    return this.open(scene);
+    return this.open(scene, file.name);
   }
 
   async save() {

@@ -1,4 +1,4 @@
-// The numbers of a scene that can be set: sliders with a number beside each, and a table of places, slopes and the kick.
+// The numbers of a scene that can be set: sliders with a number beside each, and a table of places, slopes, the kick and the start.
 import { escaped } from "./stage.js";
 
 // Step of the arrow keys in a field of the table, in its unit.
@@ -22,6 +22,15 @@ export const slidersHtml = SLIDERS.map(({ name, low, high, step }, k) =>
 // Whether each contact has a line of its own as its ground, whose slope can be set.
 export const hasSlopes = (scene) => !scene.terrain && scene.ground !== "shared";
 
+// Leaves out of a scene what its terrain determines, which changes when a contact or a vertex is moved.
+export function freed(scene) {
+  for (const contact of scene.terrain ? scene.contact : []) {
+    delete contact.slope;
+    delete contact.segment;
+  }
+  return scene;
+}
+
 // A contact at a corner of the outline takes the corner along.
 export function moveContact(scene, k, p) {
   const contact = scene.contact[k];
@@ -38,7 +47,7 @@ export function firstKick(scene) {
   return scene.kick[0];
 }
 
-// The rows of the table: a name, and for each column how to read and to write its number in a scene, or null.
+// The rows of the table: a name, for each column how to read and to write its number in a scene, and the headings from this row on, if they change.
 export function rows(scene) {
   const pair = (name, get, set) => ["x", "y"].map((axis, i) => ({
     name: `${name}, ${axis}`,
@@ -47,6 +56,11 @@ export function rows(scene) {
   }));
   const slope = (k) => ({ name: `contact ${k + 1}, slope`, get: (s) => s.contact[k].slope ?? 0, set: (s, v) => { s.contact[k].slope = v; } });
   const friction = (k) => ({ name: `contact ${k + 1}, friction`, get: (s) => s.contact[k].friction ?? 0, set: (s, v) => { s.contact[k].friction = v; } });
+  const start = (name, key) => ["x", "y", "turn"].map((axis, i) => ({
+    name: `${name}, ${axis}`,
+    get: (s) => s.start?.[key]?.[i] ?? 0,
+    set: (s, v) => { const p = [...s.start?.[key] ?? [0, 0, 0]]; p[i] = v; s.start = { ...s.start, [key]: p }; },
+  }));
   const point = (s) => s.kick?.[0]?.point ?? s.body.center_of_mass;
   return [
     ["centre of mass", pair("centre of mass", (s) => s.body.center_of_mass, (s, p) => { s.body.center_of_mass = p; })],
@@ -55,14 +69,17 @@ export function rows(scene) {
     ...(scene.terrain ?? []).map((_, k) => [`vertex ${k + 1}`, pair(`vertex ${k + 1} of the ground`, (s) => s.terrain[k], (s, p) => { s.terrain[k] = p; })]),
     ["kick at", pair("point of the kick", point, (s, p) => { firstKick(s).point = p; })],
     ["kick / N s", pair("impulse of the kick", (s) => s.kick?.[0]?.impulse ?? [0, 0], (s, p) => { firstKick(s).impulse = p; })],
+    ["start: place", start("start, displaced by", "q"), ["x / m", "y / m", "θ / rad"]],
+    ["start: velocity", start("start, velocity", "qdot"), ["x / (m/s)", "y / (m/s)", "ω/(rad/s)"]],
   ];
 }
 
 // The table with an empty field for each number. `data-field`: its row and its column.
 export function tableHtml(list, slopes) {
   const cell = ({ name }, row, column) => `<td><input type="number" step="${STEP}" data-field="${row},${column}" aria-label="${escaped(name)}"></td>`;
-  return `<h3>Places and kick</h3><table><thead><tr><th></th><th>x / m</th><th>y / m</th><th>μ</th>${slopes ? "<th>slope/rad</th>" : ""}</tr></thead><tbody>`
-    + list.map(([name, cells], row) => `<tr><th scope="row">${escaped(name)}</th>${cells.map((one, column) => cell(one, row, column)).join("")}</tr>`).join("")
+  const heads = (texts) => `<tr class="sf-heads"><th></th>${texts.map((text) => `<th>${text}</th>`).join("")}</tr>`;
+  return `<h3>Places, kick and start</h3><table><thead>${heads(["x / m", "y / m", "μ", ...(slopes ? ["slope/rad"] : [])])}</thead><tbody>`
+    + list.map(([name, cells, own], row) => `${own ? heads(own) : ""}<tr><th scope="row">${escaped(name)}</th>${cells.map((one, column) => cell(one, row, column)).join("")}</tr>`).join("")
     + "</tbody></table>";
 }
 

@@ -1,6 +1,8 @@
 // The player: a film of a run on a stage, by two clocks, with its gaps, its angle and the motion of the ground over time.
 import { Stage, INK, axis, escaped, foot, forceArrows, placed } from "./stage.js";
 
+// Frames of which the places of the body are looked at. A body that moves farther than so many sizes has no picture of its whole way.
+const SAMPLES = 400, FAR = 16;
 // Duration of a film, in s, when it is first shown: real time, and at most so much for the decades before Zeno points.
 const REAL = 5, ZENO = 20;
 // Seconds of a film during which an impact and a kick are shown.
@@ -86,7 +88,9 @@ export class Player {
     this.find("seek").oninput = (event) => this.seek(Number(event.target.value));
     this.find("clock").onchange = (event) => this.setClock(event.target.value);
     this.find("speed").onchange = (event) => { this.speed = Number(event.target.value); };
-    new ResizeObserver(() => this.resize()).observe(root);
+    const observer = new ResizeObserver(() => this.resize());
+    // Where the page lays out the parts of the player one by one, only they have a size.
+    for (const part of [root, this.find("panels")]) observer.observe(part);
   }
 
   load(film, { play = false, clock = this.clock ?? "real" } = {}) {
@@ -109,23 +113,26 @@ export class Player {
     if (play) this.play();
   }
 
+  // Places along the film of a point of the body, given at its place in the nominal posture.
+  path(point) {
+    return this.samples.map((k) => placed(point, this.film.drawing, this.film.frames.q[k], this.frozen));
+  }
+
   // The part of the world that the film shows. Where the body moves far, the picture goes with it.
   frame() {
     const { film } = this;
     const { drawing, frames } = film;
     const shape = drawing.corners.length ? drawing.corners : [[-1, -1], [-1, 1], [1, 1], [1, -1]].map(
       (sign) => sign.map((s, k) => drawing.center_of_mass[k] + s * drawing.gyration_radius));
-    const step = Math.max(1, Math.floor(frames.q.length / 400));
-    const all = [];
-    for (let k = 0; k < frames.q.length; k += step) all.push(...shape.map((p) => placed(p, drawing, frames.q[k], this.frozen)));
-    all.push(...shape.map((p) => placed(p, drawing, frames.q.at(-1), this.frozen)));
+    const last = frames.q.length - 1;
+    const step = Math.max(1, Math.floor(frames.q.length / SAMPLES));
+    this.samples = [...frames.q.keys()].filter((k) => k % step === 0 || k === last);
+    const all = this.swept = shape.flatMap((point) => this.path(point));
     const spread = Math.max(...[0, 1].map((k) => Math.max(...all.map((p) => p[k])) - Math.min(...all.map((p) => p[k]))));
-    this.follows = spread > 16 * drawing.size;
-    for (let k = 0; k < frames.q.length && !this.follows; k += step) {
-      for (const arrow of forceArrows(drawing, frames.q[k], this.frozen, frames.forces[k], this.largest)) if (arrow) all.push(arrow.tip);
-    }
+    this.follows = spread > FAR * drawing.size;
+    const tips = this.follows ? [] : this.samples.flatMap((k) => forceArrows(drawing, frames.q[k], this.frozen, frames.forces[k], this.largest)).filter(Boolean).map((arrow) => arrow.tip);
     const size = drawing.size;
-    const near = this.follows ? [[-3, -2], [3, 3]].map((s) => s.map((v, k) => drawing.center_of_mass[k] + v * size)) : all;
+    const near = this.follows ? [[-3, -2], [3, 3]].map((s) => s.map((v, k) => drawing.center_of_mass[k] + v * size)) : [...all, ...tips];
     // With room for the ground.
     const low = Math.min(...near.map((p) => p[1]));
     this.view = this.stage.fitted([...near, [near[0][0], low - 0.25 * size]]);
@@ -413,7 +420,7 @@ export class Player {
     });
     chart.over.addEventListener("pointermove", (event) => { if (event.buttons) go(event); });
     chart.over.style.cursor = "ew-resize";
-    chart.over.style.touchAction = "none";
+    chart.over.style.touchAction = "pan-y";
   }
 
   // Keys: space, comma, full stop. Returns whether the key was one of them.

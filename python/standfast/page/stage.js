@@ -24,6 +24,8 @@ const MARK = 4, HEAD = 9;
 const GRIP = 22;
 // Free share of the picture around the body.
 const MARGIN = 0.16;
+// Width of a letter and height of a line of the font, and least distance of a text from the edge of the picture, px.
+const LETTER = 7, LINE = 13, EDGE = 6;
 
 const escapes = { "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" };
 export const escaped = (text) => String(text).replace(/[&<>"]/g, (c) => escapes[c]);
@@ -129,7 +131,7 @@ export class Stage {
     this.svg = document.createElementNS(SVG, "svg");
     this.svg.setAttribute("role", "group");
     this.svg.setAttribute("aria-label", label);
-    this.svg.style.cssText = "display:block;width:100%;height:100%;touch-action:none";
+    this.svg.style.cssText = "display:block;width:100%;height:100%";
     this.layers = {};
     for (const name of ["back", "map", "ground", "scene", "handles"]) {
       this.layers[name] = this.svg.appendChild(document.createElementNS(SVG, "g"));
@@ -156,7 +158,9 @@ export class Stage {
 
   // Pixels in a metre, and the world point at the middle of the picture.
   get scale() {
-    const { low, high } = this.view;
+    return this.scaleOf(this.view);
+  }
+  scaleOf({ low, high }) {
     return Math.min(this.width / (high[0] - low[0]), this.height / (high[1] - low[1]));
   }
   get middle() {
@@ -177,7 +181,7 @@ export class Stage {
     return this.toWorld([event.clientX - box.left, event.clientY - box.top]);
   }
 
-  // scene: { drawing, q, frozen, letters, forces, largest, kick, flash, ground_acceleration, region, note }
+  // scene: { drawing, q, frozen, letters, forces, largest, kick, flash, path, shaking, region }
   draw(scene) {
     this.scene = scene;
     this.layers.back.innerHTML = `<rect width="${this.width}" height="${this.height}" fill="${this.ink.paper}"/>`;
@@ -185,6 +189,7 @@ export class Stage {
     this.layers.scene.innerHTML = [
       scene.region === undefined ? "" : this.region(scene),
       scene.magnified ? this.ghost(scene) : "",
+      scene.path ? this.trace(scene.path) : "",
       this.body(scene),
       this.contacts(scene),
       this.arrows(scene),
@@ -234,6 +239,11 @@ export class Stage {
       + `<path d="M${x} ${y}L${x} ${y - r}A${r} ${r} 0 0 1 ${x + r} ${y}ZM${x} ${y}L${x} ${y + r}A${r} ${r} 0 0 1 ${x - r} ${y}Z" fill="${ink.ink}"/></g>`,
     );
     return parts.join("");
+  }
+
+  // The path of the centre of mass.
+  trace(points) {
+    return `<path class="sf-path" d="${path(points.map((p) => this.toScreen(p)))}" fill="none" stroke="${this.ink.ink}" stroke-width="1.2" stroke-dasharray="2 4" pointer-events="none"/>`;
   }
 
   // The body with magnified gaps.
@@ -286,7 +296,8 @@ export class Stage {
     });
     if (kick) {
       parts.push(this.arrow(kick.from, kick.to, ink.kick, 3));
-      parts.push(this.text(kick.from, kick.label ?? "kick", ink.kick, -10));
+      // On the side of the tail that is away from the head.
+      parts.push(this.text(kick.from, kick.label ?? "kick", ink.kick, kick.from[1] < kick.to[1] ? 10 + LINE : -10));
     }
     if (shaking && Math.hypot(...shaking.arrow) > 0) {
       const at = this.toWorld([60, 96]);
@@ -308,9 +319,15 @@ export class Stage {
     return `<path d="${path([a, base])}" stroke="${color}" stroke-width="${width}" pointer-events="none"/><path d="${path(wings, true)}" fill="${color}" pointer-events="none"/>`;
   }
 
+  // A text at a place, or as near to it as the picture has room.
   text(at, text, color, dy, anchor = "middle") {
-    const [x, y] = this.toScreen(at);
-    return `<text x="${x}" y="${y + dy}" text-anchor="${anchor}" style="font:${FONT}" fill="${color}" stroke="${this.ink.paper}" stroke-width="3" paint-order="stroke" pointer-events="none">${escaped(text)}</text>`;
+    const inside = (value, low, high) => Math.max(low, Math.min(value, high));
+    const [px, py] = this.toScreen(at);
+    const wide = LETTER * text.length;
+    const before = anchor === "middle" ? 0.5 * wide : 0;
+    const x = inside(px, EDGE + before, this.width - EDGE - wide + before);
+    const y = inside(py + dy, EDGE + LINE, this.height - EDGE);
+    return `<text x="${x}" y="${y}" text-anchor="${anchor}" style="font:${FONT}" fill="${color}" stroke="${this.ink.paper}" stroke-width="3" paint-order="stroke" pointer-events="none">${escaped(text)}</text>`;
   }
 
   // The strip of equilibrium: where the centre of mass may be above.
