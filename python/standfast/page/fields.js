@@ -69,16 +69,16 @@ export function rows(scene) {
     ...(scene.terrain ?? []).map((_, k) => [`vertex ${k + 1}`, pair(`vertex ${k + 1} of the ground`, (s) => s.terrain[k], (s, p) => { s.terrain[k] = p; })]),
     ["kick at", pair("point of the kick", point, (s, p) => { firstKick(s).point = p; })],
     ["kick / N s", pair("impulse of the kick", (s) => s.kick?.[0]?.impulse ?? [0, 0], (s, p) => { firstKick(s).impulse = p; })],
-    ["start: place", start("start, displaced by", "q"), ["x / m", "y / m", "θ / rad"]],
-    ["start: velocity", start("start, velocity", "qdot"), ["x / (m/s)", "y / (m/s)", "ω/(rad/s)"]],
+    ["displaced by", start("start, displaced by", "q"), ["start", "x / m", "y / m", "θ / rad"]],
+    ["velocity", start("start, velocity", "qdot"), ["start", "x / (m/s)", "y / (m/s)", "ω/(rad/s)"]],
   ];
 }
 
 // The table with an empty field for each number. `data-field`: its row and its column.
 export function tableHtml(list, slopes) {
   const cell = ({ name }, row, column) => `<td><input type="number" step="${STEP}" data-field="${row},${column}" aria-label="${escaped(name)}"></td>`;
-  const heads = (texts) => `<tr class="sf-heads"><th></th>${texts.map((text) => `<th>${text}</th>`).join("")}</tr>`;
-  return `<h3>Places, kick and start</h3><table><thead>${heads(["x / m", "y / m", "μ", ...(slopes ? ["slope/rad"] : [])])}</thead><tbody>`
+  const heads = (texts) => `<tr class="sf-heads">${texts.map((text) => `<th>${text}</th>`).join("")}</tr>`;
+  return `<h3>Places, kick and start</h3><table><thead>${heads(["", "x / m", "y / m", "μ", ...(slopes ? ["slope/rad"] : [])])}</thead><tbody>`
     + list.map(([name, cells, own], row) => `${own ? heads(own) : ""}<tr><th scope="row">${escaped(name)}</th>${cells.map((one, column) => cell(one, row, column)).join("")}</tr>`).join("")
     + "</tbody></table>";
 }
