@@ -189,3 +189,27 @@ def test_a_body_on_feet_alone_that_turns_over_does_not_come_back(half, height, r
     assert 0 < len(speeds) < kicked.returned.size
     ends = sf.simulate_many(body, np.zeros(3), speeds, model="full")
     assert (abs(ends.q[:, 2]) < 1).all()
+
+
+def test_a_long_record_of_fine_samples_is_scaled():
+    """2001 samples, each a load of its own: laps of rocking that outlast their load are given up, or this would take minutes."""
+    times = 0.01 * np.arange(2001)
+    random = np.random.default_rng(8)
+    waves = sum(
+        a * np.sin(w * times + p)
+        for a, w, p in random.uniform((0.5, 3, 0), (1, 18, 6), (12, 3))
+    )
+    shape = waves * np.sin(np.pi * times / times[-1])
+    acceleration = 0.35 * G * shape / abs(shape).max()
+    record = sf.GroundMotion.from_record((times, acceleration))
+    statue = sf.Posture.box(0.6, 2.0, friction=0.5, gravity=G)
+    found = sf.smallest_push(
+        statue, ground_motion=record, at_most=4, scan=24, rtol=1e-3
+    )
+    low = found.scale
+    # It does not rock below g b/h.
+    assert low > 0.3 / 0.35
+    for factor, falls in ((0.99 * low, False), (1.01 * low, True)):
+        scaled = sf.GroundMotion.from_record((times, factor * acceleration))
+        run = sf.simulate(statue, ground_motion=scaled, model="full")
+        assert (abs(run.theta) > 1) == falls

@@ -217,8 +217,9 @@ impl Driver<'_> {
             return Err(Retry::Later);
         };
         let seesaw = Seesaw::of(body, posture, b, k, mode).ok_or(Retry::Later)?;
+        // A lap that outlasts the present load has no sum; on ground that accelerates ever more it would not end.
         let options =
-            Options { event_limit: LAP_EVENTS, ..self.options.of_resimulated_tail(f64::INFINITY) };
+            Options { event_limit: LAP_EVENTS, ..self.options.of_resimulated_tail(log.left()) };
         let places: [f64; DEGREE] = places();
         let mut laps = [None; DEGREE];
         let first = -body.points[b].u;
