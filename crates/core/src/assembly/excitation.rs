@@ -52,7 +52,9 @@ impl System {
             return Err(Error::Unusable {
                 field: "ground_motion.interpolation".into(),
                 value: "\"linear\"".into(),
-                allowed: "an assembly takes only \"steps\", as of GroundMotion(times, acceleration)".into(),
+                allowed:
+                    "an assembly takes only \"steps\", as of GroundMotion(times, acceleration)"
+                        .into(),
             });
         }
         let check = |k: usize, of: &Excitation| match bodies.get(k) {
