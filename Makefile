@@ -180,7 +180,7 @@ links:
 	@$(BIN)/python -m http.server --directory target/site --bind 127.0.0.1 $(PORT) > /dev/null 2>&1 & server=$$!; sleep 1; \
 		$(BIN)/linkchecker --no-status http://127.0.0.1:$(PORT)/; code=$$?; kill $$server; exit $$code
 
-# Every command of the README and of the site, copied and run in a fresh clone: ten minutes.
+# Every command of the README and of the site, copied and run in a fresh clone; it builds the package twice, optimised.
 commands:
 	$(PYTHON) tests/commands.py
 

@@ -20,8 +20,8 @@ def thrown_box() -> Iterator[str]:
     yield f"{run.collisions} times one by one"
     yield f"{len(run.zeno_points)} Zeno points"
     yield f"at rest after {run.time:.10f} s"
-    yield f"up to {100 * throw.off(run, throw.FRAME)[0]:.0f} cm away"
-    yield f"comes to {100 * throw.off(run, 1e-4)[0]:.1f} cm"
+    yield f"up to {100 * throw.away(run, throw.FRAME)[0].max():.0f} cm away"
+    yield f"comes to {100 * throw.away(run, 1e-4)[0].max():.1f} cm"
 
 
 def body_in_a_v() -> Iterator[str]:

@@ -55,24 +55,25 @@ def corners(state: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return np.add((x, y), turned)
 
 
-def off(run: sf.Run, step: float) -> tuple[float, float]:
-    """Largest distance (m) and angle (rad) of the engine from the run, at the ends of its steps."""
+def away(run: sf.Run, step: float) -> tuple[npt.NDArray[np.float64], ...]:
+    """Distance (m) and angle (rad) of the engine from the run, at the ends of its steps, the start first."""
     states = engine(step)
-    away = states - run.at(step * np.arange(len(states)))[0] - STANDING
-    return float(np.hypot(away[:, 0], away[:, 1]).max()), float(abs(away[:, 2]).max())
+    x, y, angle = (states - run.at(step * np.arange(len(states)))[0] - STANDING).T
+    return np.hypot(x, y), abs(angle)
 
 
 def main() -> None:
     box = sf.Posture.box(WIDTH, HEIGHT, friction=0.5, restitution=0.3)
     run = sf.simulate(box, START, VELOCITY)
     for step in (FRAME, 1e-3, 1e-4):
-        distance, angle = off(run, step)
+        distances, angles = away(run, step)
         print(
-            f"step {step:.2g} s: at most {100 * distance:.2g} cm and {math.degrees(angle):.2g} degrees off"
+            f"step {step:.2g} s: at most {100 * distances.max():.2g} cm"
+            f" and {math.degrees(angles.max()):.2g} degrees off"
         )
     stepped = engine(FRAME)
     times = FRAME * np.arange(len(stepped))
-    errors = 100 * np.hypot(*(stepped - run.at(times)[0] - STANDING).T[:2])  # cm
+    errors = 100 * away(run, FRAME)[0]  # cm
 
     figure = Figure(figsize=(5.6, 4.4), dpi=100, layout="constrained")
     FigureCanvasAgg(figure)
