@@ -11,9 +11,7 @@ import griffe
 #: Before a type that is a text, such as "float, m": it is shown as it is written, and not as an expression of Python.
 AS_TEXT = "\u200b"
 #: A line `name : type` of a table, unless the type is the name of a class, or such names with "or" between them.
-TYPE = re.compile(
-    r"^( *[*\w]+(?:, [*\w]+)* : )(?!(?:[A-Z]\w*(?: or )?)+$)(?=\S)", re.MULTILINE
-)
+TYPE = re.compile(r"^( *[*\w]+ : )(?!(?:[A-Z]\w*(?: or )?)+$)(?=\S)", re.MULTILINE)
 
 #: An entry of a table that is for several names, with its text: each gets a row, with its own default.
 SEVERAL = re.compile(

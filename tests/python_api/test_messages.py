@@ -179,7 +179,7 @@ IN_PYTHON = [
     (lambda: body().local(q=None), TypeError, "q = None cannot be used: 3 numbers are needed"),
     # Runs.
     (lambda: sf.simulate(None, **START), TypeError, "posture = None cannot be used: a Posture or a Mechanism is needed"),
-    (lambda: sf.simulate(ROD, (0, -1, 0), (0, 0, 0)), ValueError, "q puts contact 1 into the terrain: its gap -1.0 m is below -5e-13 m; allowed are gaps >= 0, and posture.touching(1, theta) has the lowest q"),
+    (lambda: sf.simulate(ROD, (0, -1, 0), (0, 0, 0)), ValueError, "q puts contact 1 into the terrain: its gap -1.0 m is below -5e-13 m; allowed are gaps >= 0; touching(1, theta) of a posture has the q at which this contact touches"),
     (lambda: sf.simulate(body(contacts=[sf.Contact((x, 0)) for x in (0, 1e-10)]), **START), ValueError, "distance between contacts 1 and 2 in body sizes (or between their unit normals) = 3.3333333333333337e-10 is outside its range: 0, which makes them one contact, or at least 1e-6"),
     (lambda: sf.simulate(body(contacts=[sf.Contact((1, 0), friction=x) for x in (0, 1)]), **START), ValueError, "contacts.2.point = [1.0, 0.0] cannot be used: contact 1 is at the same point; place them apart, or give both the same slope, segment, friction and restitution (a corner of the ground needs terrain=)"),
     (lambda: sf.simulate(body(contacts=[sf.Contact((x, 0), friction=2e6) for x in (0, 1)]), **START), ValueError, "contacts.1.friction = 2000000.0 is outside its range: at most 1e6 for motion"),

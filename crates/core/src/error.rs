@@ -92,7 +92,7 @@ impl Display for Error {
             }
             Self::Penetrating { contact, gap, touch } => write!(
                 f,
-                "q puts contact {contact} into the terrain: its gap {gap:?} m is below -{touch:?} m; allowed are gaps >= 0, and posture.touching({contact}, theta) has the lowest q"
+                "q puts contact {contact} into the terrain: its gap {gap:?} m is below -{touch:?} m; allowed are gaps >= 0; touching({contact}, theta) of a posture has the q at which this contact touches"
             ),
             Self::Solver(problem) => write!(f, "the solver failed: {problem}"),
             Self::At { place, error } => write!(f, "{error} (at {place})"),
